@@ -1,0 +1,1 @@
+"""Boundary curve constructions: one module each."""

@@ -1,0 +1,56 @@
+"""Boundary curves: the cubic curve on every mesh edge, an axis of its own, shared by all schemes that take a network."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, final
+
+import numpy as np
+
+from testbed.errors import Refused
+from testbed.geometry.curves import CurveNetwork
+from testbed.geometry.mesh import EdgeData, HermiteMesh
+from testbed.geometry.vectors import Float
+from testbed.plugin import Plugin
+from testbed.scheme import Data, check_needs
+
+
+@dataclass(frozen=True)
+class BoundaryCurve(Plugin):
+    """A construction of cubic boundary curves; a frozen dataclass whose fields are its parameters.
+
+    Attributes
+    ----------
+    needs
+        Data it reads at the vertices.
+    """
+
+    needs: ClassVar[Data]
+    required: ClassVar[tuple[str, ...]] = (*Plugin.required, "needs")
+
+    @abstractmethod
+    def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
+        """Return control points (E, 4, 3) and notes on fallbacks; a row is NaN where the construction is undefined.
+
+        Each edge's curve depends on that edge's data only.
+        """
+
+    @final
+    def network(self, mesh: HermiteMesh) -> CurveNetwork:
+        """Return the curves of all edges.
+
+        Raises
+        ------
+        Refused
+            The mesh lacks data, or an edge has no curve; the message names its vertices.
+        """
+        check_needs(self, self.needs, mesh)
+        control_points, notes = self.curves(mesh.edge_data)
+        undefined = ~np.isfinite(control_points).all(axis=(1, 2))
+        if undefined.any():
+            i, j = mesh.edges[undefined][0].tolist()
+            raise Refused(
+                f"{self} has no curve for {int(undefined.sum())} of {len(mesh.edges)} edges, the first from vertex {i} to "
+                f"vertex {j}: the edge may be parallel to a normal there"
+            )
+        return CurveNetwork(mesh, control_points, notes)

@@ -1,0 +1,41 @@
+"""Datasets: meshes of growing density and, where there is one, the exact surface they were sampled from."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+from testbed.geometry.exact import ExactSurface
+from testbed.geometry.mesh import HermiteMesh
+from testbed.plugin import Plugin
+
+
+@dataclass(frozen=True)
+class Dataset(Plugin):
+    """A family of meshes; a frozen dataclass whose fields are its parameters.
+
+    Attributes
+    ----------
+    closed
+        Whether the meshes have no boundary; None where it depends on the parameters.
+    finest
+        The highest level that a plain run computes; level 0 is the coarsest.
+    """
+
+    closed: ClassVar[bool | None]
+    finest: ClassVar[int]
+    required: ClassVar[tuple[str, ...]] = (*Plugin.required, "closed", "finest")
+
+    @abstractmethod
+    def mesh(self, level: int) -> HermiteMesh:
+        """Return the mesh of a level, each halving the edges of the one before.
+
+        Raises
+        ------
+        Refused
+            There is no such level.
+        """
+
+    @property
+    @abstractmethod
+    def surface(self) -> ExactSurface | None:
+        """The exact surface, or None."""

@@ -1,0 +1,45 @@
+"""What a batch of patches is, whatever the kind: a family of maps from one domain to space with exact derivatives."""
+
+from abc import ABC, abstractmethod
+from typing import ClassVar, Self
+
+from testbed.geometry.jets import Jet
+from testbed.geometry.vectors import Bool, Float, Int
+
+
+class PatchBatch(ABC):
+    """Patches of one kind over one domain (see :mod:`testbed.geometry.domain`); immutable.
+
+    Attributes
+    ----------
+    sides
+        3: parameters (u, v) = (b1, b2) on the triangle; 4: (u, v) on the unit square.
+    corner_margin
+        How near to a corner (``domain.corner_distance``) second derivatives can be trusted: 0 for polynomial patches;
+        blended patches are 0/0 at their corners, where value and normal have limits and curvature depends on direction.
+    """
+
+    sides: ClassVar[int]
+    corner_margin: float = 0.0
+
+    @abstractmethod
+    def __len__(self) -> int:
+        """Return the number of patches, P."""
+
+    @abstractmethod
+    def jets(self, at: Float, order: int = 2) -> Jet:
+        """Jets at the domain points ``at``: (S, 2), the same for every patch, or (P, S, 2), each patch its own.
+
+        Returns coefficients (1 | 3 | 6, P, S, 3) for order 0 | 1 | 2. Results do not depend on how patches or samples are
+        divided over calls. At a corner, value and first derivatives are exact also where the formula is 0/0; second
+        derivatives are NaN there if they have no limit.
+        """
+
+    @abstractmethod
+    def take(self, patches: Int | slice) -> Self:
+        """Return the batch of the chosen patches, in the order chosen; repeats allowed."""
+
+    @property
+    @abstractmethod
+    def finite(self) -> Bool:
+        """(P,) true where every number that defines the patch is finite."""

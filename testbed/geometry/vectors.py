@@ -1,0 +1,55 @@
+"""Vector algebra over arrays whose last axis is the space, and the array types used everywhere."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float: TypeAlias = NDArray[np.float64]
+Int: TypeAlias = NDArray[np.int64]
+Bool: TypeAlias = NDArray[np.bool_]
+
+
+def dot(a: Float, b: Float) -> Float:
+    """Scalar product over the last axis; shapes broadcast, (..., 3) and (..., 3) to (...)."""
+    product: Float = np.einsum("...i,...i->...", a, b)
+    return product
+
+
+def cross(a: Float, b: Float) -> Float:
+    """Vector product over the last axis; (..., 3) and (..., 3) to (..., 3)."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+
+
+def norm(a: Float) -> Float:
+    """Euclidean length over the last axis, without overflow or underflow; (..., 3) to (...)."""
+    return np.hypot(np.hypot(a[..., 0], a[..., 1]), a[..., 2])
+
+
+def unit(a: Float) -> Float:
+    """Vectors scaled to length one, (..., 3); a zero vector gives NaN, which no measure takes for a pass."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return a / norm(a)[..., None]
+
+
+def tangential(a: Float, normal: Float) -> Float:
+    """Part of ``a`` perpendicular to the unit ``normal``: a - <a, n> n, (..., 3)."""
+    return a - dot(a, normal)[..., None] * normal
+
+
+def angle_between(a: Float, b: Float) -> Float:
+    """Angle of two vectors in radians, (...); by atan2, so that small angles keep all their digits."""
+    return np.arctan2(norm(cross(a, b)), dot(a, b))
+
+
+def quadratic_form(u: Float, W: Float, v: Float) -> Float:
+    """u . W v for vectors (..., 3) and symmetric matrices (..., 3, 3)."""
+    product: Float = np.einsum("...i,...ij,...j->...", u, W, v)
+    return product
+
+
+def as_float(values: Any) -> Float:
+    """Whatever array-like is given, as float64 in C order."""
+    return np.ascontiguousarray(values, dtype=np.float64)

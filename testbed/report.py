@@ -1,0 +1,16 @@
+"""Reports: from results on disk to something people read."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+
+from testbed.plugin import Plugin
+
+
+@dataclass(frozen=True)
+class Report(Plugin):
+    """A report; reads a results directory and writes files beside the results."""
+
+    @abstractmethod
+    def write(self, directory: Path) -> tuple[Path, ...]:
+        """Read the results in ``directory``, write the report there, and return the files written."""
