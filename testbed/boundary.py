@@ -1,4 +1,4 @@
-"""Boundary curves: the cubic curve on every mesh edge, an axis of its own, shared by all schemes that take a network."""
+"""Boundary curves: the cubic curve on every mesh edge, an axis of its own, shared by all schemes on a network."""
 
 from abc import abstractmethod
 from collections.abc import Mapping
@@ -50,7 +50,7 @@ class BoundaryCurve(Plugin):
         if undefined.any():
             i, j = mesh.edges[undefined][0].tolist()
             raise Refused(
-                f"{self} has no curve for {int(undefined.sum())} of {len(mesh.edges)} edges, the first from vertex {i} to "
-                f"vertex {j}: the edge may be parallel to a normal there"
+                f"{self} has no curve for {int(undefined.sum())} of {len(mesh.edges)} edges, the first from "
+                f"vertex {i} to vertex {j}: the edge may be parallel to a normal there"
             )
         return CurveNetwork(mesh, control_points, notes)

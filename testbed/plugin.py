@@ -1,40 +1,52 @@
 """What every plugin kind shares: a frozen dataclass whose fields are its parameters and whose text is its identity."""
 
 import dataclasses
+import json
+import re
+from abc import ABC
 from typing import Any, ClassVar
+
+#: Text that can stand unquoted as a parameter value: nothing that ends a value or looks like another type's text.
+_BARE = re.compile(r"[A-Za-z_][\w./+-]*")
 
 
 @dataclasses.dataclass(frozen=True)
-class Plugin:
+class Plugin(ABC):
     """Base of the plugin kinds. Subclasses are frozen dataclasses; every field has a default.
 
     Attributes
     ----------
     name
-        What the command line calls it, lower case with hyphens.
+        What the command line calls it: lower case letters, digits and hyphens.
     title
-        What tables and captions call it.
+        What tables and captions call it; any text.
     reference
         Where it is published.
+    positional
+        The text field that ``name:TEXT`` sets, for instance a file's path; None where there is none.
+    required
+        Class attributes that every registered plugin of the kind has to declare.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     reference: ClassVar[str]
-    #: class attributes that every registered plugin of the kind has to declare
+    positional: ClassVar[str | None] = None
     required: ClassVar[tuple[str, ...]] = ("name", "title", "reference")
 
     def __str__(self) -> str:
-        """``name[field=value,...]`` with the fields that differ from their defaults, in the order of declaration."""
-        changed = [
-            f"{field.name}={format_value(getattr(self, field.name))}"
+        """``name[field=value,...]`` with the fields that differ from their defaults; parses back to an equal plugin."""
+        changed = {
+            field.name: getattr(self, field.name)
             for field in dataclasses.fields(self)
             if getattr(self, field.name) != field.default
-        ]
-        return f"{self.name}[{','.join(changed)}]" if changed else self.name
+        }
+        tail = f":{changed.pop(self.positional)}" if self.positional in changed else ""
+        inner = ",".join(f"{name}={format_value(value)}" for name, value in changed.items())
+        return self.name + (f"[{inner}]" if inner else "") + tail
 
     def nested(self) -> tuple["Plugin", ...]:
-        """Plugins held by the fields, this one first, depth first."""
+        """Return this plugin and those its fields hold, depth first."""
         inner = [getattr(self, field.name) for field in dataclasses.fields(self)]
         return (self, *(deeper for value in inner if isinstance(value, Plugin) for deeper in value.nested()))
 
@@ -43,6 +55,8 @@ def format_value(value: Any) -> str:
     """Text of a parameter value that parses back to the same value, to the last bit for floats."""
     if isinstance(value, tuple):
         return f"({' '.join(format_value(item) for item in value)})"
-    if isinstance(value, bool):
+    if isinstance(value, bool) or value is None:
         return str(value).lower()
-    return str(value) if isinstance(value, Plugin | str) else repr(value)
+    if isinstance(value, str):
+        return value if _BARE.fullmatch(value) and value not in ("true", "false", "none") else json.dumps(value)
+    return str(value) if isinstance(value, Plugin) else repr(value)

@@ -85,7 +85,7 @@ class Scheme(Plugin):
 
     @abstractmethod
     def construct(self, mesh: HermiteMesh) -> Surface:
-        """Build the surface; the mesh has all the data declared in ``needs``. Raises Refused for data it cannot take."""
+        """Build the surface; the mesh has all the data declared in ``needs``. Refused for data it cannot take."""
 
     @final
     def fit(self, mesh: HermiteMesh) -> Surface:
