@@ -1,4 +1,4 @@
-"""What boundary curve constructions share: tangent directions at the ends of an edge, and the plane of a planar curve.
+"""What boundary curve constructions share: end tangents of an edge, and the plane of a planar curve.
 
 Edges run from p0 to p1 with chord a = p1 - p0 of length L and unit normals n0, n1. Reversing an edge swaps the ends and
 negates the tangents; the expressions are written so that this holds to rounding.
@@ -17,14 +17,14 @@ PARALLEL = 1e-8
 
 
 def edge_normals(edges: EdgeData) -> tuple[Float, Float]:
-    """The unit normals at both ends, (E, 3) each; ValueError if the mesh has none."""
+    """Return the unit normals at both ends, (E, 3) each; ValueError if the mesh has none."""
     if edges.n0 is None or edges.n1 is None:
         raise ValueError("these edges have no normals")
     return edges.n0, edges.n1
 
 
 def edge_second_forms(edges: EdgeData) -> tuple[Float, Float]:
-    """The second fundamental forms at both ends, (E, 3, 3) each; ValueError if the mesh has none."""
+    """Return the second fundamental forms at both ends, (E, 3, 3) each; ValueError if the mesh has none."""
     if edges.W0 is None or edges.W1 is None:
         raise ValueError("these edges have no second fundamental forms")
     return edges.W0, edges.W1
@@ -38,7 +38,7 @@ def scaled_to_one(a: Float, least: Float) -> Float:
 
 
 def projected_tangents(chord: Float, n0: Float, n1: Float) -> tuple[tuple[Float, Float], Float]:
-    """The unit projections of the chord onto the tangent planes at both ends, and the chord's length.
+    """Return the unit projections of the chord onto the tangent planes at both ends, and the chord's length.
 
     NaN rows where the chord is parallel to the normal (``PARALLEL``) or has no length.
 

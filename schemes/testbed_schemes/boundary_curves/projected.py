@@ -1,7 +1,7 @@
-"""Projected boundary curves (Mann 1992, section 2.4.3): the chord projected onto the tangent planes, chord-length tangents.
+"""Projected boundary curves (Mann 1992, section 2.4.3): the chord projected onto the tangent planes.
 
-At each end the tangent is the chord's projection onto the tangent plane, scaled to the chord's length, so that the Bezier
-legs are a third of the chord. The curve is not planar in general. Formulas: as printed, rescaling included.
+At each end the tangent is the chord's projection onto the tangent plane, scaled to the chord's length, so that the
+Bezier legs are a third of the chord. The curve is not planar in general. Formulas: as printed, rescaling included.
 """
 
 from collections.abc import Mapping
