@@ -1,0 +1,96 @@
+"""Curvature from jets: Gaussian, mean and principal curvatures and the second fundamental form in space.
+
+Signs: curvature is positive where the surface bends away from its normal f_u x f_v (unit sphere with outward normals: both
+principal curvatures +1). Turning the normal over changes the sign of all but the Gaussian curvature. Where the first
+fundamental form is degenerate (f_u x f_v = 0) everything is NaN.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.geometry.jets import Jet
+from testbed.geometry.vectors import Float, cross, dot
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """Normal and curvatures of one jet.
+
+    Attributes
+    ----------
+    normal
+        Unit normals, (..., 3).
+    gauss, mean
+        Gaussian curvature and mean of the principal curvatures, (...).
+    """
+
+    normal: Float
+    gauss: Float
+    mean: Float
+
+
+def _forms(jet: Jet) -> tuple[Float, Float, tuple[Float, Float, Float]]:
+    """Unit normal n, area A = |f_u x f_v|, and L, M, N divided by A."""
+    n = cross(jet.fu, jet.fv)
+    area = np.sqrt(dot(n, n))
+    with np.errstate(invalid="ignore", divide="ignore"):  # a singular point is NaN, as promised
+        n /= area[..., None]
+        # divided by the area before they meet: squares of areas leave the range of floats on very small patches
+        scale = -1.0 / area
+        return n, area, (dot(jet.fuu, n) * scale, dot(jet.fuv, n) * scale, dot(jet.fvv, n) * scale)
+
+
+def analyse(jet: Jet) -> Analysis:
+    """Unit normal, Gaussian and mean curvature of a jet of order 2, with nothing computed twice.
+
+    K = (L N - M^2) / A^2 and H = (E N - 2 F M + G L) / (2 A^2), A = |f_u x f_v|.
+    """
+    n, area, (L, M, N) = _forms(jet)
+    E, F, G = jet.first_form
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return Analysis(n, L * N - M * M, (E * N - 2.0 * F * M + G * L) / (2.0 * area))
+
+
+def gauss(jet: Jet) -> Float:
+    """Gaussian curvature, (...)."""
+    _, _, (L, M, N) = _forms(jet)
+    with np.errstate(invalid="ignore"):
+        return L * N - M * M
+
+
+def mean(jet: Jet) -> Float:
+    """Mean of the principal curvatures, (...)."""
+    return analyse(jet).mean
+
+
+def principal(jet: Jet) -> tuple[Float, Float]:
+    """Principal curvatures (k_max, k_min), (...) each.
+
+    From the second form in an orthonormal frame, where the discriminant is a sum of squares: accurate at umbilics, where
+    the square root of H^2 - K loses half the digits.
+    """
+    _, area, (L, M, N) = _forms(jet)
+    E, F, _ = jet.first_form
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # frame e1 = f_u / |f_u|, e2 = n x e1: f_v = (F e1 + A e2) / |f_u|
+        slope = F / E
+        first = L * (area / E)
+        mixed = M - slope * L
+        second = (N - slope * (2.0 * M - slope * L)) * (E / area)
+        middle, radius = 0.5 * (first + second), np.hypot(0.5 * (first - second), mixed)
+        return middle + radius, middle - radius
+
+
+def second_form_matrix(jet: Jet) -> Float:
+    """Second fundamental form in space: the symmetric W (..., 3, 3) with W n = 0 and II(u, v) = u . W v."""
+    n, area, (L, M, N) = _forms(jet)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # dual basis of the tangent plane: <a, f_u> = 1, <a, f_v> = 0 and the other way round
+        a, b = cross(jet.fv, n) / area[..., None], cross(n, jet.fu) / area[..., None]
+        # L, M, N come divided by the area
+        La, Lb = (L * area)[..., None], (N * area)[..., None]
+        Mm = (M * area)[..., None]
+        along_a, along_b = La * a + Mm * b, Mm * a + Lb * b
+        W: Float = a[..., :, None] * along_a[..., None, :] + b[..., :, None] * along_b[..., None, :]
+        return 0.5 * (W + W.swapaxes(-1, -2))
