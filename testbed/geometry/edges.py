@@ -42,7 +42,7 @@ class HalfEdges:
         runs_back = start > end
         low, high = np.where(runs_back, end, start), np.where(runs_back, start, end)
         key = (low * (high.max(initial=0) + 1) + high) * 2 + runs_back
-        order = np.argsort(key, kind="stable")
+        order = np.argsort(key)
         key = key[order]
         first = np.ones(len(key), dtype=np.bool_)
         first[1:] = (key[1:] >> 1) != (key[:-1] >> 1)
@@ -130,7 +130,8 @@ class PatchEdges:
     @property
     def within_face(self) -> Bool:
         """(E,) true for the inner edges of split faces: both patches came from the same mesh face."""
-        return self.left.face == self.right.face
+        inner: Bool = self.left.face == self.right.face
+        return inner
 
 
 def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int]) -> PatchEdges:
@@ -142,13 +143,12 @@ def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int]) -> PatchEdges:
         Two patch sides run between the same corner ids in the same direction: three patches on an edge, or two of
         opposite orientation.
     """
-    columns: list[list[Int]] = [[], [], [], [], [], []]
+    rows = []
     for index, (ids, face) in enumerate(zip(corner_ids, faces, strict=True)):
         patch, side = np.indices(ids.shape)
-        values = (ids, np.roll(ids, -1, axis=1), np.full(ids.shape, index), patch, side, np.repeat(face, ids.shape[1]))
-        for column, value in zip(columns, values, strict=True):
-            column.append(value.ravel())
-    start, end, *place = (np.concatenate(column) if column else np.empty(0, dtype=np.int64) for column in columns)
+        part, mesh_face = np.full_like(ids, index), np.broadcast_to(face[:, None], ids.shape)
+        rows.append(np.stack([ids, np.roll(ids, -1, axis=1), part, patch, side, mesh_face]).reshape(6, -1))
+    start, end, *place = np.concatenate(rows, axis=1)
     sides = PatchSides(*place)
     halves = HalfEdges.between(start, end)
     if len(halves.repeated):
@@ -159,8 +159,8 @@ def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int]) -> PatchEdges:
             for part, patch, face in zip(beside.part, beside.patch, beside.face, strict=True)
         )
         raise PluginError(
-            f"the surface's patches do not fit together on the edge from corner {start[bad]} to corner {end[bad]}, which "
-            f"is a side of {found}: give each edge at most one patch on either side, all of one orientation"
+            f"the surface's patches do not fit together on the edge from corner {start[bad]} to corner {end[bad]}, "
+            f"a side of {found}: give each edge at most one patch on either side, all of one orientation"
         )
     left = np.where(halves.forward >= 0, halves.forward, halves.backward)
     right = np.where(halves.forward >= 0, halves.backward, -1)

@@ -1,8 +1,8 @@
 """Where a patch lies in the domain of its mesh face: maps from patch parameters to face parameters and back.
 
 A patch that covers its face has the face's own parameters. A patch of a split face lies there by the affine map that
-sends its corners to their places; for a patch over a square, the bilinear one. Corners are (..., sides, 2), in the face's
-parameters.
+sends its corners to their places; for a patch over a square, the bilinear one. Corners are (..., sides, 2) points of the
+face's domain.
 """
 
 import numpy as np
@@ -52,7 +52,8 @@ def solve(matrix: Float, right: Float) -> Float:
     """Solutions (..., 2) of 2 x 2 systems (..., 2, 2), by Cramer's rule."""
     (a, b), (c, d) = np.moveaxis(matrix, (-2, -1), (0, 1))
     x, y = right[..., 0], right[..., 1]
-    return np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
+    solution: Float = np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
+    return solution
 
 
 def covers_face(corners: Float) -> Bool:

@@ -72,7 +72,7 @@ class Surface:
     def over_split_faces(
         cls, mesh: HermiteMesh, batch: PatchBatch, notes: Mapping[str, int] | None = None
     ) -> "Surface":
-        """Three patches a triangle, split at its centre; patch 3 f + i has corners i + 1, i + 2 of face f and the centre."""
+        """Three patches a triangle; patch 3 f + i has the corners i + 1, i + 2 of face f and its centre, id V + f."""
         count = len(mesh.faces)
         centre = len(mesh.points) + np.arange(count)
         ids = np.stack(
