@@ -1,9 +1,9 @@
 """Bezier patches in batches: triangles of any degree, rational triangles, tensor-product patches.
 
-Samples shared by all patches: one matrix product, a table of Bernstein polynomials and their derivatives times the control
-points. The rows of the table and the columns of the control points are padded to whole blocks of the BLAS kernels, because
-those round differently at ragged ends: so a patch has the same bits whatever it is evaluated with, and so has a sample.
-Samples of their own for each patch: the de Casteljau algorithm, element by element.
+Samples shared by all patches: one matrix product, a table of Bernstein polynomials and their derivatives times the
+control points. The rows of the table and the columns of the control points are padded to whole blocks of the BLAS
+kernels, because those round differently at ragged ends: so a patch has the same bits whatever it is evaluated with, and
+so has a sample. Samples of their own for each patch: the de Casteljau algorithm, element by element.
 """
 
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ def _frozen(values: Any) -> Float:
     return array
 
 
-def _apply_table(table: Float, nets: Float) -> Float:
+def apply_table(table: Float, nets: Float) -> Float:
     """Table (rows, S, n) times nets (P, n, dim), to a view (rows, P, S, dim) of component-planar memory."""
     rows, samples, n = table.shape
     patches, _, dim = nets.shape
@@ -67,7 +67,7 @@ def _triangle_casteljau(nets: Float, at: Float, order: int) -> Float:
 
 def _triangle_jets(nets: Float, at: Float, order: int) -> Float:
     if at.ndim == 2:
-        return _apply_table(triangle_tables(triangle_degree(nets.shape[1]), at, order), nets)
+        return apply_table(triangle_tables(triangle_degree(nets.shape[1]), at, order), nets)
     return _triangle_casteljau(nets, at, order)
 
 
@@ -111,8 +111,7 @@ class BezierTriangles(PatchBatch):
     @property
     def finite(self) -> Bool:
         """(P,) true where every coordinate is finite."""
-        finite: Bool = np.isfinite(self.control_points).all(axis=(1, 2))
-        return finite
+        return np.asarray(np.isfinite(self.control_points).all(axis=(1, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +134,8 @@ class RationalBezierTriangles(PatchBatch):
         points, weights = _frozen(self.control_points), _frozen(self.weights)
         if points.ndim != 3 or points.shape[-1] != 3 or weights.shape != points.shape[:2]:
             raise ValueError(
-                f"rational triangles need control points (P, n, 3) and weights (P, n), not {points.shape} and {weights.shape}"
+                f"rational triangles need control points (P, n, 3) and weights (P, n), "
+                f"not {points.shape} and {weights.shape}"
             )
         triangle_degree(points.shape[1])
         object.__setattr__(self, "control_points", points)
@@ -165,8 +165,7 @@ class RationalBezierTriangles(PatchBatch):
     @property
     def finite(self) -> Bool:
         """(P,) true where every coordinate and weight is finite."""
-        finite: Bool = np.isfinite(self.homogeneous).all(axis=(1, 2))
-        return finite
+        return np.asarray(np.isfinite(self.homogeneous).all(axis=(1, 2)))
 
 
 def project(homogeneous: Float) -> Float:
@@ -217,7 +216,7 @@ class BezierQuads(PatchBatch):
         nets = self.control_points.reshape(len(self), -1, 3)
         table = table.reshape(*table.shape[:-2], -1)
         if at.ndim == 2:
-            return Jet(_apply_table(table, nets))
+            return Jet(apply_table(table, nets))
         result = np.zeros((*table.shape[:-1], 3))
         with np.errstate(invalid="ignore", over="ignore"):
             for place in range(nets.shape[1]):
@@ -231,5 +230,4 @@ class BezierQuads(PatchBatch):
     @property
     def finite(self) -> Bool:
         """(P,) true where every coordinate is finite."""
-        finite: Bool = np.isfinite(self.control_points).all(axis=(1, 2, 3))
-        return finite
+        return np.asarray(np.isfinite(self.control_points).all(axis=(1, 2, 3)))
