@@ -1,0 +1,406 @@
+"""Truncated Taylor arithmetic of second order in two variables, over arrays.
+
+A :class:`Taylor` is an array whose every element carries its derivatives along (u, v). It answers to numpy's protocols,
+so a formula written for arrays yields, given Taylor arguments, its exact first and second derivatives: the rules of
+differentiation are applied operation by operation, nothing is approximated.
+
+All sums run one term after the other and all functions run on contiguous data, so that no bit of a result depends on
+how the points are divided over calls.
+"""
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import EllipsisType, MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from testbed.geometry import elementary
+from testbed.geometry.elementary import ONE_VARIABLE, OneVariable, TwoVariables
+from testbed.geometry.jets import ROWS
+from testbed.geometry.vectors import Bool, Float, cross
+
+
+class Taylor(NDArrayOperatorsMixin):
+    """An array of functions of (u, v), each known by its derivatives up to an order; immutable.
+
+    Parameters
+    ----------
+    coefficients
+        (1 | 3 | 6, ...): f | f_u, f_v | f_uu, f_uv, f_vv, derivatives as in a jet; the value axes follow.
+
+    Notes
+    -----
+    Shape, axes and indices are those of the value. Operations between orders truncate to the lower one. Plain arrays
+    and numbers are constants. Memory is held with the value axes reversed: points run contiguously, and an operation on
+    vectors (patches, samples, 3) is three operations on long runs instead of many on three numbers.
+    """
+
+    __slots__ = ("_planes",)
+
+    _planes: Float  # (rows, *reversed value axes), the last ones contiguous
+
+    def __init__(self, coefficients: Float) -> None:
+        coefficients = np.asarray(coefficients, dtype=np.float64)
+        if coefficients.ndim == 0 or len(coefficients) not in ROWS:
+            raise ValueError(f"Taylor coefficients have 1, 3 or 6 rows, not the shape {coefficients.shape}")
+        self._planes = np.ascontiguousarray(np.moveaxis(coefficients, 0, -1).T)
+
+    @classmethod
+    def _of(cls, planes: Float) -> "Taylor":
+        taylor = cls.__new__(cls)
+        taylor._planes = planes
+        return taylor
+
+    @classmethod
+    def variables(cls, at: Float, order: int = 2) -> tuple["Taylor", "Taylor"]:
+        """Return u and v themselves at the domain points ``at`` (..., 2), two Taylors of shape (...)."""
+        both = []
+        for axis in range(2):
+            coefficients = np.zeros((ROWS[order], *at.shape[:-1]))
+            coefficients[0] = at[..., axis]
+            coefficients[1 + axis : 2 + axis] = 1.0  # an empty slice at order 0
+            both.append(cls(coefficients))
+        return both[0], both[1]
+
+    @property
+    def coefficients(self) -> Float:
+        """(1 | 3 | 6, ...) derivatives f | f_u, f_v | f_uu, f_uv, f_vv."""
+        return np.moveaxis(self._planes.T, -1, 0)
+
+    @property
+    def value(self) -> Float:
+        """Values f, (...)."""
+        value: Float = self._planes[0].T
+        return value
+
+    @property
+    def order(self) -> int:
+        """0, 1 or 2."""
+        return ROWS.index(len(self._planes))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the value."""
+        return self._planes.shape[:0:-1]
+
+    @property
+    def ndim(self) -> int:
+        """Axes of the value."""
+        return self._planes.ndim - 1
+
+    @property
+    def size(self) -> int:
+        """Elements of the value."""
+        return math.prod(self.shape)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __repr__(self) -> str:
+        return f"Taylor(order={self.order}, shape={self.shape})"
+
+    def __getitem__(self, key: Any) -> "Taylor":
+        keys = key if isinstance(key, tuple) else (key,)
+        if not any(isinstance(item, EllipsisType) for item in keys):
+            keys = (*keys, ...)
+        return Taylor._of(self._planes.T[*keys, :].T)
+
+    def reshape(self, *shape: Any) -> "Taylor":
+        """Return the same elements, in C order of the value, in another shape."""
+        return Taylor(self.coefficients.reshape(len(self._planes), *np.atleast_1d(np.squeeze(shape)).tolist()))
+
+    def transpose(self, *axes: int) -> "Taylor":
+        """Return the value axes permuted; reversed without arguments."""
+        order = [axis % self.ndim for axis in axes] or list(range(self.ndim))[::-1]
+        return Taylor(self.coefficients.transpose(0, *(1 + axis for axis in order)))
+
+    def sum(self, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> "Taylor":
+        """Sum over value axes."""
+        return _sum(self, axis, keepdims)
+
+    def __array__(self, *_: Any, **__: Any) -> Float:
+        raise TypeError("a Taylor is not converted to an array: take .value or .coefficients")
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs:
+            options = f" with {', '.join(kwargs)}" if kwargs else ""
+            raise TypeError(f"numpy.{ufunc.__name__}.{method}{options} is not defined on Taylor arguments")
+        if ufunc in _ON_VALUES:
+            return ufunc(*(x.value if isinstance(x, Taylor) else x for x in inputs))
+        if ufunc in ONE_VARIABLE:
+            return _chain(inputs[0], ONE_VARIABLE[ufunc])
+        if ufunc in _RULES:
+            return _RULES[ufunc](*inputs)
+        raise TypeError(f"numpy.{ufunc.__name__} is not defined on Taylor arguments")
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if func not in _FUNCTIONS:
+            raise TypeError(f"{func.__module__}.{func.__name__} is not defined on Taylor arguments")
+        return _FUNCTIONS[func](*args, **kwargs)
+
+
+# Arithmetic. Inside, arrays are planes: rows first, value axes reversed, so that shapes are aligned at the left.
+
+
+def _operands(*inputs: Any) -> tuple[int, list[Float]]:
+    """Rows of the result, and the planes of each input with as many axes as the largest has; constants have one row."""
+    values = [x if isinstance(x, Taylor) else np.asarray(x, dtype=np.float64) for x in inputs]
+    ndim = max(x.ndim for x in values)
+    rows = min(len(x._planes) for x in values if isinstance(x, Taylor))
+    aligned = []
+    for x in values:
+        planes = x._planes[:rows] if isinstance(x, Taylor) else np.ascontiguousarray(x.T)[None] if x.ndim else x[None]
+        aligned.append(planes.reshape(planes.shape + (1,) * (ndim - x.ndim)))
+    return rows, aligned
+
+
+def _linear(ufunc: Callable[..., Float], a: Any, b: Any) -> Taylor:
+    """Sum or difference; a constant has no derivatives to add."""
+    rows, (p, q) = _operands(a, b)
+    if len(p) == len(q) == rows:
+        return Taylor._of(ufunc(p, q))
+    planes = np.empty((rows, *np.broadcast_shapes(p.shape[1:], q.shape[1:])))
+    planes[0] = ufunc(p[0], q[0])
+    if len(p) == rows:
+        planes[1:] = p[1:]
+    else:
+        planes[1:] = ufunc(0.0, q[1:])
+    return Taylor._of(planes)
+
+
+def _products_of_first(p: Float, q: Float) -> tuple[Float, Float, Float]:
+    """p_u q_u, p_u q_v + p_v q_u, p_v q_v: where first derivatives meet in second ones."""
+    by_u, by_v = p[1:3] * q[1], p[1:3] * q[2]
+    return by_u[0], by_u[1] + by_v[0], by_v[1]
+
+
+def _multiply(a: Any, b: Any) -> Taylor:
+    rows, (p, q) = _operands(a, b)
+    constant = not (isinstance(a, Taylor) and isinstance(b, Taylor))
+    planes = p * q if constant else p * q[:1]
+    if constant or rows == 1:
+        return Taylor._of(planes)
+    planes[1:] += p[:1] * q[1:]
+    if rows == 6:
+        uu, uv, vv = _products_of_first(p, q)
+        planes[3] += uu + uu
+        planes[4] += uv
+        planes[5] += vv + vv
+    return Taylor._of(planes)
+
+
+def _divide(a: Any, b: Any) -> Taylor:
+    """Quotient q from a = q b: q' = (a' - q b') / b and so on."""
+    rows, (p, r) = _operands(a, b)
+    if not isinstance(b, Taylor):
+        return Taylor._of(p / r)
+    planes = np.zeros((rows, *np.broadcast_shapes(p.shape[1:], r.shape[1:])))
+    planes[: len(p)] = p
+    planes[0] /= r[0]
+    planes[1:] -= planes[:1] * r[1:]
+    planes[1:3] /= r[0]
+    if rows == 6:
+        uu, uv, vv = _products_of_first(planes, r)
+        planes[3] -= uu + uu
+        planes[4] -= uv
+        planes[5] -= vv + vv
+        planes[3:] /= r[0]
+    return Taylor._of(planes)
+
+
+def _chain(a: Taylor, function: OneVariable) -> Taylor:
+    """Compose with a function of one variable, g(a): g' a' and g' a'' + g'' a' a'."""
+    p = a._planes
+    derivatives = function(np.ascontiguousarray(p[0]))
+    planes = np.empty(p.shape)
+    planes[0] = next(derivatives)
+    if len(p) > 1:
+        planes[1:] = next(derivatives) * p[1:]
+    if len(p) == 6:
+        second = next(derivatives)
+        along_u, along_v = second * p[1], second * p[2]
+        planes[3] += along_u * p[1]
+        planes[4] += along_u * p[2]
+        planes[5] += along_v * p[2]
+    return Taylor._of(planes)
+
+
+def _chain_two(a: Any, b: Any, function: TwoVariables) -> Taylor:
+    """Compose with a function of two variables, g(a, b)."""
+    rows, (p, q) = _operands(a, b)
+    p, q = (np.concatenate([x, np.zeros((rows - len(x), *x.shape[1:]))]) for x in (p, q))
+    shape = np.broadcast_shapes(p.shape[1:], q.shape[1:])
+    derivatives = function(*(np.ascontiguousarray(np.broadcast_to(x[0], shape)) for x in (p, q)))
+    planes = np.empty((rows, *shape))
+    (planes[0],) = next(derivatives)
+    if rows > 1:
+        ga, gb = next(derivatives)
+        planes[1:] = ga * p[1:] + gb * q[1:]
+    if rows == 6:
+        gaa, gab, gbb = next(derivatives)
+        for row, (x, y) in enumerate(((1, 1), (1, 2), (2, 2)), start=3):
+            planes[row] += gaa * (p[x] * p[y]) + gab * (p[x] * q[y] + p[y] * q[x]) + gbb * (q[x] * q[y])
+    return Taylor._of(planes)
+
+
+def _power(a: Any, exponent: Any) -> Taylor:
+    if isinstance(exponent, Taylor):
+        result: Taylor = np.exp(exponent * np.log(a))
+        return result
+    if np.ndim(exponent) == 0 and exponent == 2:
+        return _multiply(a, a)
+    shape = np.broadcast_shapes(a.shape, np.shape(exponent))
+    constant = np.broadcast_to(np.asarray(exponent, dtype=np.float64), shape)
+    return _chain(_broadcast_to(a, shape), elementary.power(np.ascontiguousarray(constant.T)))
+
+
+def _absolute(a: Taylor) -> Taylor:
+    return _multiply(a, np.copysign(1.0, a.value))
+
+
+def _larger(a: Any, b: Any) -> Taylor:
+    return _where((a >= b) | np.isnan(a), a, b)
+
+
+def _smaller(a: Any, b: Any) -> Taylor:
+    return _where((a <= b) | np.isnan(a), a, b)
+
+
+_RULES: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType(
+    {
+        np.add: lambda a, b: _linear(np.add, a, b),
+        np.subtract: lambda a, b: _linear(np.subtract, a, b),
+        np.multiply: _multiply,
+        np.divide: _divide,
+        np.power: _power,
+        np.negative: lambda a: Taylor._of(-a._planes),
+        np.positive: lambda a: a,
+        np.absolute: _absolute,
+        np.hypot: lambda a, b: _chain_two(a, b, elementary.hypot),
+        np.arctan2: lambda a, b: _chain_two(a, b, elementary.arctan2),
+        np.maximum: _larger,
+        np.minimum: _smaller,
+    }
+)
+
+_ON_VALUES = frozenset(
+    {np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal, np.sign}
+    | {np.isfinite, np.isnan, np.isinf, np.signbit}
+)
+
+
+# Array functions.
+
+
+def _full(x: Any, rows: int) -> Taylor:
+    """Return a Taylor of so many rows, a constant with zero derivatives."""
+    if isinstance(x, Taylor):
+        return Taylor._of(x._planes[:rows])
+    value = np.asarray(x, dtype=np.float64)
+    return Taylor(np.concatenate([value[None], np.zeros((rows - 1, *value.shape))]))
+
+
+def _joined(join: Callable[..., Float], parts: Sequence[Any], axis: int, extra: int) -> Taylor:
+    rows = min(len(part._planes) for part in parts if isinstance(part, Taylor))
+    same = [_full(part, rows) for part in parts]
+    ndim = same[0].ndim + extra
+    # value axis k of the result is axis ndim - k of its planes
+    return Taylor._of(join([part._planes for part in same], axis=ndim - axis % ndim))
+
+
+def _where(condition: Bool, a: Any, b: Any) -> Taylor:
+    shape = np.broadcast_shapes(np.shape(condition), np.shape(a), np.shape(b))
+    rows = min(len(x._planes) for x in (a, b) if isinstance(x, Taylor))
+    p, q = (_broadcast_to(_full(x, rows), shape)._planes for x in (a, b))
+    return Taylor._of(np.where(np.broadcast_to(condition, shape).T, p, q))
+
+
+def _broadcast_to(a: Taylor, shape: tuple[int, ...]) -> Taylor:
+    planes = a._planes
+    padded = planes.reshape(planes.shape + (1,) * (len(shape) - a.ndim))
+    return Taylor._of(np.broadcast_to(padded, (len(planes), *shape[::-1])))
+
+
+def _moveaxis(a: Taylor, source: Any, destination: Any) -> Taylor:
+    planes = a._planes.T  # value axes first, rows last
+    last = planes.ndim - 1
+    source, destination = (np.atleast_1d(axes) % last for axes in (source, destination))
+    return Taylor._of(np.ascontiguousarray(np.moveaxis(planes, source.tolist(), destination.tolist()).T))
+
+
+def _sum(a: Taylor, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Taylor:
+    axes = range(a.ndim) if axis is None else axis if isinstance(axis, tuple) else (axis,)
+    planes = a._planes
+    # value axis k is axis ndim - k of the planes; lowest k first, so that the axes still to come keep their places
+    for k in sorted(x % a.ndim for x in axes):
+        first, *others = np.moveaxis(planes, a.ndim - k, 0)
+        total = first
+        for term in others:
+            total = total + term
+        planes = np.expand_dims(total, a.ndim - k) if keepdims else total
+    return Taylor._of(planes)
+
+
+def _einsum(subscripts: str, *operands: Any) -> Taylor:
+    """Sum of products, one product after the other: explicit output, an ellipsis only in front, no repeated label."""
+    inputs, arrow, output = subscripts.replace(" ", "").partition("->")
+    labels = [term.removeprefix("...") for term in inputs.split(",")]
+    out = output.removeprefix("...")
+    if not arrow or "." in "".join((*labels, out)) or any(len(set(term)) < len(term) for term in (*labels, out)):
+        raise TypeError(
+            f"numpy.einsum of Taylor arguments takes subscripts such as '...ij,...j->...i', not {subscripts!r}"
+        )
+    size = {
+        label: length
+        for term, x in zip(labels, operands, strict=True)
+        for label, length in zip(term, np.shape(x)[np.ndim(x) - len(term) :], strict=True)
+    }
+    summed = sorted(set(size) - set(out))
+    # each operand's axes in the order of the output, then the summed ones; a label it lacks has length one
+    ordered: list[Any] = []
+    for term, x in zip(labels, operands, strict=True):
+        front = np.ndim(x) - len(term)
+        kept = [label for label in (*out, *summed) if label in term]
+        turned: Any = np.transpose(x, (*range(front), *(front + term.index(label) for label in kept)))
+        ordered.append(turned[(..., *(slice(None) if label in term else None for label in (*out, *summed)))])
+    total: Any = None
+    for index in itertools.product(*(range(size[label]) for label in summed)):
+        product: Any = None
+        for x in ordered:
+            here = tuple(
+                i if length > 1 else 0 for i, length in zip(index, x.shape[x.ndim - len(index) :], strict=True)
+            )
+            factor = x[(..., *here)]
+            product = factor if product is None else product * factor
+        total = product if total is None else total + product
+    result: Taylor = total
+    return result
+
+
+def _norm(a: Taylor, axis: int | None = None, keepdims: bool = False) -> Taylor:
+    if axis is None:
+        raise TypeError("numpy.linalg.norm of a Taylor takes one axis")
+    return _chain(_sum(_multiply(a, a), axis, keepdims), ONE_VARIABLE[np.sqrt])
+
+
+_FUNCTIONS: Mapping[Any, Callable[..., Any]] = MappingProxyType(
+    {
+        np.shape: lambda a: a.shape,
+        np.ndim: lambda a: a.ndim,
+        np.size: lambda a: a.size,
+        np.sum: _sum,
+        np.stack: lambda parts, axis=0: _joined(np.stack, parts, axis, 1),
+        np.concatenate: lambda parts, axis=0: _joined(np.concatenate, parts, axis, 0),
+        np.einsum: _einsum,
+        np.cross: cross,
+        np.linalg.norm: _norm,
+        np.where: _where,
+        np.broadcast_to: _broadcast_to,
+        np.moveaxis: _moveaxis,
+        np.transpose: lambda a, axes=None: a.transpose(*(axes or ())),
+        np.reshape: lambda a, shape: a.reshape(shape),
+    }
+)
