@@ -1,12 +1,12 @@
-"""Bernstein-Bezier algebra of curves and triangles: bases, elevation, derivatives, products.
+"""Bernstein-Bezier algebra of curves and triangles: bases, blossoms, elevation, subdivision, derivatives, products.
 
 A net of a triangle of degree d has n = (d + 1)(d + 2) / 2 control points, multi-indices (i, j, k), the exponents of the
 barycentric coordinates b0, b1, b2, ordered by decreasing i, then decreasing j: 300 210 201 120 111 102 030 021 012 003.
 The place of (i, j, k) in that order does not depend on d, so raising an exponent is a fixed shift (see :func:`raised`).
 
-Every function is a batch: control points are (..., n, dim) for triangles and (..., d + 1, dim) for curves, any leading axes
-and any dimension (homogeneous coordinates and scalar factors too). The formulas are the textbook ones (Farin, Curves and
-Surfaces for CAGD, chapters 5, 6 and 17). Blossoms and subdivision are in :mod:`testbed.geometry.blossoms`.
+Every function is a batch: control points are (..., n, dim) for triangles and (..., d + 1, dim) for curves, with any
+leading axes and any dimension (homogeneous coordinates and scalar factors too). The formulas are the textbook ones
+(Farin, Curves and Surfaces for CAGD, the chapters on Bezier curves, blossoms and Bezier triangles).
 """
 
 import math
@@ -62,7 +62,7 @@ def casteljau_step(net: Float, b: Float) -> Float:
 
 
 def _triangle_bases(degree: int, b: Float, lowest: int) -> list[Float]:
-    """Bernstein polynomials of the degrees ``degree``, ``degree - 1``, ... ``lowest``, (..., n) each, by the recursion."""
+    """Tabulate the polynomials of degrees ``degree`` down to ``lowest``, (..., n) each, by the recursion."""
     bases = [np.ones((*b.shape[:-1], 1))]
     for d in range(1, degree + 1):
         higher = np.zeros((*b.shape[:-1], point_count(d)))
@@ -102,7 +102,7 @@ def triangle_tables(degree: int, at: Float, order: int = 2) -> Float:
 
 
 def _differentiated(lower: Float, degree: int, directions: tuple[int, ...]) -> Float:
-    """Derivative along b_r - b_0, for each r of ``directions``, of the polynomials of ``degree``.
+    """Differentiate the polynomials of ``degree`` along b_r - b_0 for each r of ``directions``.
 
     ``lower`` holds the polynomials of degree - len(directions); each derivative is a difference of those, (..., n).
     """
@@ -145,6 +145,118 @@ def tensor_tables(degrees: tuple[int, int], at: Float, order: int = 2) -> Float:
     return np.stack([along_u[r][..., :, None] * along_v[s][..., None, :] for r, s in pairs])
 
 
+def evaluate_curve(control_points: Float, t: Float, order: int = 0) -> Float:
+    """Points and derivatives of curves (..., d + 1, dim) at parameters (S,), to (1 | 2 | 3, ..., S, dim)."""
+    table = curve_tables(control_points.shape[-2] - 1, t, order)
+    table = table.reshape(len(table), *(1,) * (control_points.ndim - 2), *table.shape[1:])
+    return np.asarray(sum(table[..., i, None] * control_points[..., i, None, :] for i in range(table.shape[-1])))
+
+
+def blossom_curve(control_points: Float, arguments: Float) -> Float:
+    """Blossom of curves (..., d + 1, dim) at d parameters each, (..., d), to (..., dim); leading axes broadcast."""
+    for step in range(control_points.shape[-2] - 1):
+        t = arguments[..., step, None, None]
+        control_points = (1.0 - t) * control_points[..., :-1, :] + t * control_points[..., 1:, :]
+    point: Float = control_points[..., 0, :]
+    return point
+
+
+def blossom_triangle(net: Float, arguments: Float) -> Float:
+    """Blossom of triangles: the symmetric multi-affine form whose diagonal is the patch.
+
+    Parameters
+    ----------
+    net
+        (..., n, dim), degree d.
+    arguments
+        (..., d, 3): d barycentric points, or directions (sum zero). Leading axes broadcast with the net's.
+
+    Returns
+    -------
+    Float
+        (..., dim). With all arguments equal, the point of the patch there (the de Casteljau algorithm).
+    """
+    for step in range(triangle_degree(net.shape[-2])):
+        net = casteljau_step(net, arguments[..., step, :])
+    point: Float = net[..., 0, :]
+    return point
+
+
+def reparametrise_triangle(net: Float, corners: Float) -> Float:
+    """Net of the same polynomials over another triangle of the parameter plane.
+
+    Parameters
+    ----------
+    net
+        (..., n, dim).
+    corners
+        (..., 3, 3) barycentric coordinates of the new corners; leading axes broadcast.
+
+    Returns
+    -------
+    Float
+        (..., n, dim): control point (i, j, k) is the blossom at i times corner 0, j times corner 1, k times corner 2.
+    """
+    labels = np.stack(
+        [np.repeat(np.arange(3), exponents) for exponents in multi_indices(triangle_degree(net.shape[-2]))]
+    )
+    return blossom_triangle(net[..., None, :, :], corners[..., labels, :])
+
+
+def subdivide_triangle(net: Float, at: Float | None = None) -> Float:
+    """Split triangles (..., n, dim) at an inner point into three, (..., 3, n, dim).
+
+    Piece i has the corners i + 1, i + 2 and the point; ``at`` (..., 3) is barycentric, the centroid by default. Sides of
+    the whole are kept to the last bit, and pieces share the points of their common sides to the last bit.
+    """
+    point = np.full(3, 1.0 / 3.0) if at is None else np.asarray(at, dtype=np.float64)
+    kept = np.stack([np.roll(np.eye(3), -(i + 1), axis=0)[:2] for i in range(3)])
+    new = np.broadcast_to(point[..., None, None, :], (*point.shape[:-1], 3, 1, 3))
+    corners = np.concatenate([np.broadcast_to(kept, (*point.shape[:-1], 3, 2, 3)), new], axis=-2)
+    return reparametrise_triangle(net[..., None, :, :], corners)
+
+
+def quarter_triangle(net: Float) -> Float:
+    """Split triangles (..., n, dim) at the midpoints of their sides into four, (..., 4, n, dim).
+
+    Piece i < 3 keeps corner i as its corner i; piece 3 is the middle one, its corner i opposite corner i of the whole.
+    """
+    corner = np.eye(3)
+    around_corners = 0.5 * (corner[:, None] + corner)
+    middle = 0.5 * (1.0 - corner)
+    pieces = np.concatenate([around_corners, middle[None]])
+    return reparametrise_triangle(net[..., None, :, :], pieces)
+
+
+def halve_triangle(net: Float, side: int) -> Float:
+    """Split triangles (..., n, dim) from the midpoint of a side to the corner opposite, (..., 2, n, dim).
+
+    Side s runs from corner s to s + 1: the midpoint replaces corner s + 1 in the first piece and corner s in the second.
+    """
+    start, end = side, (side + 1) % 3
+    corners = np.stack([np.eye(3), np.eye(3)])
+    corners[0, end] = corners[1, start] = 0.5 * (np.eye(3)[start] + np.eye(3)[end])
+    return reparametrise_triangle(net[..., None, :, :], corners)
+
+
+def subdivide_curve(control_points: Float, t: float = 0.5) -> tuple[Float, Float]:
+    """Split curves (..., d + 1, dim) at a parameter into control points of the part before it and the part after it."""
+    first, last = [control_points[..., 0, :]], [control_points[..., -1, :]]
+    while control_points.shape[-2] > 1:
+        control_points = (1.0 - t) * control_points[..., :-1, :] + t * control_points[..., 1:, :]
+        first.append(control_points[..., 0, :])
+        last.append(control_points[..., -1, :])
+    return np.stack(first, axis=-2), np.stack(last[::-1], axis=-2)
+
+
+def subdivide_tensor(net: Float, axis: int, t: float = 0.5) -> tuple[Float, Float]:
+    """Split tensor-product patches (..., m + 1, n + 1, dim) at u = t (axis 0) or v = t (axis 1)."""
+    if axis == 1:
+        return subdivide_curve(net, t)
+    before, after = subdivide_curve(net.swapaxes(-3, -2), t)
+    return before.swapaxes(-3, -2), after.swapaxes(-3, -2)
+
+
 def elevate_curve(control_points: Float, steps: int = 1) -> Float:
     """Control points (..., d + 1, dim) of the same curve written with degree d + steps.
 
@@ -166,7 +278,8 @@ def elevate_triangle(net: Float, steps: int = 1) -> Float:
         total = np.zeros((*net.shape[:-2], point_count(degree + 1), net.shape[-1]))
         for direction, places in enumerate(raised(degree)):
             total[..., places, :] += exponents[:, direction, None] * net
-        net = total / (degree + 1)
+        total /= degree + 1
+        net = total
     return net
 
 
@@ -200,7 +313,8 @@ def multiply_curves(a: Float, b: Float) -> Float:
     weight = np.array([math.comb(n, j) for j in range(n + 1)], dtype=np.float64)[:, None]
     for i in range(m + 1):
         product[..., i : i + n + 1, :] += math.comb(m, i) * a[..., i : i + 1, :] * (weight * b)
-    return product / np.array([math.comb(m + n, k) for k in range(m + n + 1)], dtype=np.float64)[:, None]
+    product /= np.array([math.comb(m + n, k) for k in range(m + n + 1)], dtype=np.float64)[:, None]
+    return product
 
 
 def multiply_triangles(a: Float, b: Float) -> Float:
@@ -217,11 +331,12 @@ def multiply_triangles(a: Float, b: Float) -> Float:
         both = exponents + multi_indices(n)
         places = (both[:, 1] + both[:, 2]) * (both[:, 1] + both[:, 2] + 1) // 2 + both[:, 2]
         product[..., places, :] += factors[..., i : i + 1, :] * weighted
-    return product / _multinomials(m + n)
+    product /= _multinomials(m + n)
+    return product
 
 
 def _multinomials(degree: int) -> Float:
-    """d! / (i! j! k!) in the order of the control points, (n, 1)."""
+    """Multinomial coefficients d! / (i! j! k!) in the order of the control points, (n, 1)."""
     return np.array(
         [math.comb(degree, i) * math.comb(degree - i, j) for i, j, _ in multi_indices(degree).tolist()],
         dtype=np.float64,

@@ -1,8 +1,8 @@
 """Curvature from jets: Gaussian, mean and principal curvatures and the second fundamental form in space.
 
-Signs: curvature is positive where the surface bends away from its normal f_u x f_v (unit sphere with outward normals: both
-principal curvatures +1). Turning the normal over changes the sign of all but the Gaussian curvature. Where the first
-fundamental form is degenerate (f_u x f_v = 0) everything is NaN.
+Signs: curvature is positive where the surface bends away from its normal f_u x f_v (unit sphere with outward normals:
+both principal curvatures +1). Turning the normal over changes the sign of all but the Gaussian curvature. Where the
+first fundamental form is degenerate (f_u x f_v = 0) everything is NaN.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Analysis:
 
 
 def _forms(jet: Jet) -> tuple[Float, Float, tuple[Float, Float, Float]]:
-    """Unit normal n, area A = |f_u x f_v|, and L, M, N divided by A."""
+    """Return the unit normal n, the area A = |f_u x f_v|, and L, M, N divided by A."""
     n = cross(jet.fu, jet.fv)
     area = np.sqrt(dot(n, n))
     with np.errstate(invalid="ignore", divide="ignore"):  # a singular point is NaN, as promised
@@ -42,7 +42,7 @@ def _forms(jet: Jet) -> tuple[Float, Float, tuple[Float, Float, Float]]:
 
 
 def analyse(jet: Jet) -> Analysis:
-    """Unit normal, Gaussian and mean curvature of a jet of order 2, with nothing computed twice.
+    """Return unit normal, Gaussian and mean curvature of a jet of order 2, with nothing computed twice.
 
     K = (L N - M^2) / A^2 and H = (E N - 2 F M + G L) / (2 A^2), A = |f_u x f_v|.
     """
@@ -67,8 +67,8 @@ def mean(jet: Jet) -> Float:
 def principal(jet: Jet) -> tuple[Float, Float]:
     """Principal curvatures (k_max, k_min), (...) each.
 
-    From the second form in an orthonormal frame, where the discriminant is a sum of squares: accurate at umbilics, where
-    the square root of H^2 - K loses half the digits.
+    From the second form in an orthonormal frame, where the discriminant is a sum of squares: accurate at umbilics,
+    where the square root of H^2 - K loses half the digits.
     """
     _, area, (L, M, N) = _forms(jet)
     E, F, _ = jet.first_form

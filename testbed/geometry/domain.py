@@ -1,8 +1,8 @@
 """Parameter domains of patches: the triangle and the square, their corners, sides and sample lattices.
 
-A triangle has parameters (u, v) = (b1, b2), b0 = 1 - u - v, so that u runs from corner 0 to corner 1 and v from corner 0
-to corner 2. A square has (u, v) in [0, 1]^2 with corners 0 (0, 0), 1 (1, 0), 2 (1, 1), 3 (0, 1). In both the corners run
-counterclockwise seen from the side the normal f_u x f_v points to, and side s runs from corner s to corner s + 1.
+A triangle has parameters (u, v) = (b1, b2), b0 = 1 - u - v, so that u runs from corner 0 to corner 1 and v from corner
+0 to corner 2. A square has (u, v) in [0, 1]^2 with corners 0 (0, 0), 1 (1, 0), 2 (1, 1), 3 (0, 1). In both the corners
+run counterclockwise seen from the side the normal f_u x f_v points to, and side s runs from corner s to corner s + 1.
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ def barycentric(at: Float) -> Float:
 def corner_distance(sides: int, at: Float) -> Float:
     """How near the nearest corner is, (...): 1 - max(b) on a triangle, the larger of |du|, |dv| on a square."""
     if sides == 3:
-        return 1.0 - barycentric(at).max(axis=-1)
+        return np.asarray(1.0 - barycentric(at).max(axis=-1))
     offsets = np.abs(at[..., None, :] - CORNERS[4]).max(axis=-1)
     nearest: Float = offsets.min(axis=-1)
     return nearest

@@ -6,8 +6,6 @@ normal (unit sphere with outward normal: both principal curvatures +1).
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from testbed.geometry.vectors import Float, cross, dot, unit
 
 #: Rows of a jet of order 0, 1, 2.

@@ -11,7 +11,7 @@ CENTRE = index_of((1, 1, 1))
 
 
 def side_indices(degree: int) -> Int:
-    """Places of the control points along the sides of a triangle, (3, degree + 1); side s runs from corner s to s + 1."""
+    """Places of the control points along the sides, (3, degree + 1); side s runs from corner s to corner s + 1."""
     r = np.arange(degree + 1)
     places = np.empty((3, degree + 1), dtype=np.int64)
     for side in range(3):
@@ -63,8 +63,8 @@ def corner_legs(net: Float) -> tuple[Float, Float, Float]:
     Returns
     -------
     tuple
-        The corner, the vector from it to the next control point towards the next corner, and the same towards the previous
-        corner, (F, 3, 3) each; axis 1 is the corner. A leg times the degree is the derivative along that side.
+        The corner, the vector from it to the control point beside it towards the next corner, and the same towards the
+        previous corner, (F, 3, 3) each; axis 1 is the corner. A leg times the degree is the derivative along that side.
     """
     sides = side_indices(triangle_degree(net.shape[1]))
     vertex = net[:, sides[:, 0]]
