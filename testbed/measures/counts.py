@@ -1,0 +1,47 @@
+"""What is counted: the size of the surface, and the fallbacks that were taken while it was built."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from testbed.measure import Column, Measure, Survey, Value
+
+
+@dataclass(frozen=True)
+class Size(Measure):
+    """Faces, patches and edge length."""
+
+    name: ClassVar[str] = "size"
+    title: ClassVar[str] = "Size"
+    reference: ClassVar[str] = "a count"
+    columns: ClassVar[tuple[Column, ...]] = (
+        Column("faces", "faces of the mesh"),
+        Column("patches", "patches of the surface"),
+        Column("h", "length of the longest edge of the mesh"),
+    )
+
+    def measure(self, survey: Survey) -> Mapping[str, Value]:
+        """Return the columns."""
+        mesh = survey.surface.mesh
+        return {"faces": len(mesh.faces), "patches": survey.surface.patch_count, "h": mesh.h}
+
+
+@dataclass(frozen=True)
+class Fallbacks(Measure):
+    """What a scheme or its boundary curves had to do differently, from the surface's notes."""
+
+    name: ClassVar[str] = "fallbacks"
+    title: ClassVar[str] = "Fallbacks taken"
+    reference: ClassVar[str] = "a count"
+    columns: ClassVar[tuple[Column, ...]] = (
+        Column("fallbacks", "fallbacks taken while the surface was built, all kinds together"),
+        Column("notes", "the fallbacks by kind, for instance '3 curves without a root; 1 singular centres'"),
+    )
+
+    def measure(self, survey: Survey) -> Mapping[str, Value]:
+        """Return the columns."""
+        taken = {kind: count for kind, count in sorted(survey.surface.notes.items()) if count}
+        return {
+            "fallbacks": sum(taken.values()),
+            "notes": "; ".join(f"{count} {kind}" for kind, count in taken.items()),
+        }

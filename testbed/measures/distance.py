@@ -1,0 +1,96 @@
+"""Distance and normal deviation from the exact surface, by projection onto it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from testbed.geometry.exact import ExactSurface
+from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.measure import Column, Measure, Survey, Value
+from testbed.measures.extremum import maxima
+from testbed.measures.sampling import chunks, sample
+
+
+@dataclass(frozen=True)
+class Distance(Measure):
+    """How far the surface is from the exact one, and how much its normals differ from those at the feet.
+
+    One-sided: from points of the surface to the exact surface. The maxima are driven beyond the samples; the root mean
+    square is weighted by area, with a quadrature rule that is the same at every level.
+
+    Parameters
+    ----------
+    budget
+        Samples on the whole surface, about; a patch has at least 22.
+    candidates
+        Patches in which a maximum is searched for.
+    """
+
+    budget: int = 60_000
+    candidates: int = 32
+
+    name: ClassVar[str] = "distance"
+    title: ClassVar[str] = "Distance to the exact surface"
+    reference: ClassVar[str] = "Mann 1992, section 3.4"
+    columns: ClassVar[tuple[Column, ...]] = (
+        Column("distance_max", "largest distance to the exact surface", converges=True, exact=True),
+        Column("distance_max_face", "mesh face of the largest distance", exact=True),
+        Column("distance_max_bary", "place of the largest distance in the face", exact=True),
+        Column("distance_rms", "root mean square of the distance, weighted by area", converges=True, exact=True),
+        Column("normal_max_deg", "largest angle to the exact surface's normal, degrees", converges=True, exact=True),
+        Column("normal_max_face", "mesh face of the largest angle", exact=True),
+        Column("normal_max_bary", "place of the largest angle in the face", exact=True),
+    )
+
+    def measure(self, survey: Survey) -> Mapping[str, Value]:
+        """Return the columns, or none where there is no exact surface."""
+        if survey.exact is None:
+            return {}
+        surface, exact = survey.surface, survey.exact
+        samples = survey.shared(sample, self.budget)
+        sampled = [_sampled_deviations(exact, one.points, one.normals) for one in samples]
+
+        def quantities(part: int, patches: Int, at: Float) -> Float:
+            jet = surface.parts[part].batch.take(patches).jets(at, 1)
+            return deviations(exact, jet.f, jet.normal)
+
+        places = [one.points_at.at for one in samples]
+        distance, angle = maxima(surface, sampled, places, quantities, [0.0] * len(samples), self.candidates)
+        squares = area = 0.0
+        for one, values in zip(samples, sampled, strict=True):
+            rule = one.area.shape[1]
+            weight = one.area * one.points_at.weights[:rule]
+            squares += float(np.sum(weight * values[0][:, :rule] ** 2))
+            area += float(np.sum(weight))
+        sides = surface.mesh.sides
+        return {
+            "distance_max": distance.value,
+            "distance_max_face": distance.face,
+            "distance_max_bary": distance.bary(sides),
+            "distance_rms": float(np.sqrt(squares / area)) if area > 0.0 else float("nan"),
+            "normal_max_deg": float(np.degrees(angle.value)),
+            "normal_max_face": angle.face,
+            "normal_max_bary": angle.bary(sides),
+        }
+
+
+def deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
+    """Distances and normal angles (2, ...) in radians of points (..., 3) with unit normals (..., 3)."""
+    flat = points.reshape(-1, 3)
+    # a point that is not finite has no foot, whatever the exact surface makes of it
+    known = np.isfinite(flat).all(axis=-1)
+    foot, normal = np.full((2, *flat.shape), np.nan)
+    foot[known] = exact.closest(flat[known])
+    found = np.isfinite(foot).all(axis=-1)
+    normal[found] = exact.normal(foot[found])
+    angle = angle_between(normals, normal.reshape(points.shape))
+    return np.stack([norm(points - foot.reshape(points.shape)), angle])
+
+
+def _sampled_deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
+    result = np.empty((2, *points.shape[:2]))
+    for some in chunks(*points.shape[:2]):
+        result[:, some] = deviations(exact, points[some], normals[some])
+    return result
