@@ -2,11 +2,23 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, NoReturn, TypeAlias
 
 import numpy as np
 
-from testbed.geometry.vectors import Bool, Float, Int, as_float, norm, quadratic_form
+from testbed.geometry.edges import HalfEdges
+from testbed.geometry.mesh_checks import (
+    check_shapes,
+    checked_faces,
+    checked_half_edges,
+    checked_normals,
+    checked_points,
+    checked_second_forms,
+)
+from testbed.geometry.vectors import Bool, Float, Int, norm, quadratic_form
+
+#: Where a mesh's normals come from.
+NormalsFrom: TypeAlias = Literal["given", "file", "estimated"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,17 +46,29 @@ class EdgeData:
 class HermiteMesh:
     """A mesh of triangles or of quadrilaterals with Hermite data at its vertices; checked at construction, immutable.
 
+    Its faces make an oriented manifold, with or without boundary, of any number of components.
+
     Parameters
     ----------
     points
-        (V, 3) vertices.
+        (V, 3) vertices; copied, like all the data.
     faces
-        (F, 3) or (F, 4) vertex ids, counterclockwise seen from the side the normals point to.
+        (F, 3) or (F, 4) vertex ids, counterclockwise seen from the side the normals point to. Quadrilaterals need not
+        be plane but turn the same way at all corners.
     normals
         (V, 3) normals, scaled to length one here, or None.
     second_forms
         (V, 3, 3) symmetric matrices W with W n = 0 and II(u, v) = u . W v, positive where the surface bends away from
         its normal, or None; needs normals.
+    normals_from
+        Where the normals come from: ``given``, ``file`` or ``estimated``; a remark for reports.
+
+    Attributes
+    ----------
+    points, faces, normals, second_forms
+        As above, read-only; float64 and int64.
+    normals_from
+        As above, None without normals.
 
     Raises
     ------
@@ -52,59 +76,106 @@ class HermiteMesh:
         One sentence that names the face or vertex, for data that no surface can be built on.
     """
 
-    def __init__(self, points: Any, faces: Any, normals: Any = None, second_forms: Any = None) -> None:
-        self.points: Float = as_float(points)
-        self.faces: Int = np.ascontiguousarray(faces, dtype=np.int64)
-        self.normals: Float | None = None if normals is None else as_float(normals)
-        self.second_forms: Float | None = None if second_forms is None else as_float(second_forms)
-        if self.normals is not None:
-            self.normals = self.normals / norm(self.normals)[:, None]
+    points: Float
+    faces: Int
+    normals: Float | None
+    second_forms: Float | None
+    normals_from: NormalsFrom | None
+
+    def __init__(
+        self,
+        points: Any,
+        faces: Any,
+        normals: Any = None,
+        second_forms: Any = None,
+        *,
+        normals_from: NormalsFrom = "given",
+    ) -> None:
+        data = vars(self)
+        data["points"] = checked_points(points)
+        data["faces"] = checked_faces(faces, len(self.points))
+        data["_half_edges"] = checked_half_edges(self.faces)
+        check_shapes(self.points, self.faces)
+        count = len(self.points)
+        data["normals"] = None if normals is None else checked_normals(normals, count)
+        data["second_forms"] = (
+            None if second_forms is None else checked_second_forms(second_forms, self.normals, count, self.h)
+        )
+        data["normals_from"] = None if normals is None else normals_from
+        self._lock()
+
+    _half_edges: HalfEdges
+
+    def _lock(self) -> None:
+        for array in (self.points, self.faces, self.normals, self.second_forms, self._half_edges.ids):
+            if array is not None:
+                array.flags.writeable = False
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"a mesh is immutable: make a new one instead of setting {name}")
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._lock()  # copies that come out of a pickle are writeable
+
+    def __repr__(self) -> str:
+        kind = "triangles" if self.sides == 3 else "quadrilaterals"
+        data = [name for name in ("normals", "second_forms") if getattr(self, name) is not None]
+        return (
+            f"<HermiteMesh: {len(self.points)} vertices, {len(self.faces)} {kind}, {' and '.join(['points', *data])}>"
+        )
 
     @property
     def sides(self) -> int:
         """Vertices of a face, 3 or 4."""
-        return self.faces.shape[1]
-
-    @cached_property
-    def _edge_table(self) -> tuple[Int, Int]:
-        start, end = self.faces, np.roll(self.faces, -1, axis=1)
-        both = np.stack([np.minimum(start, end), np.maximum(start, end)], axis=-1).reshape(-1, 2)
-        edges, inverse = np.unique(both, axis=0, return_inverse=True)
-        return edges, inverse.reshape(self.faces.shape)
+        return int(self.faces.shape[1])
 
     @property
     def edges(self) -> Int:
         """(E, 2) vertex ids, the lower first, in lexicographic order."""
-        return self._edge_table[0]
+        return self._half_edges.ids
 
-    @property
+    @cached_property
     def face_edges(self) -> Int:
         """(F, sides) edge of side s of each face, the side from corner s to corner s + 1."""
-        return self._edge_table[1]
+        return locked_ids(self._half_edges.edge.reshape(self.faces.shape))
 
     @cached_property
     def face_edge_forward(self) -> Bool:
         """(F, sides) true where the face runs along the edge from its lower vertex id to its higher."""
-        return self.faces < np.roll(self.faces, -1, axis=1)
+        forward: Bool = np.less(self.faces, np.roll(self.faces, -1, axis=1))
+        forward.flags.writeable = False
+        return forward
 
     @cached_property
     def edge_faces(self) -> Int:
         """(E, 2) the face that runs along the edge forward and the face that runs back, -1 where there is none."""
-        result = np.full((len(self.edges), 2), -1, dtype=np.int64)
-        face = np.broadcast_to(np.arange(len(self.faces))[:, None], self.faces.shape)
-        result[self.face_edges, np.where(self.face_edge_forward, 0, 1)] = face
-        return result
+        halves = np.stack([self._half_edges.forward, self._half_edges.backward], axis=-1)
+        return locked_ids(halves // self.sides)  # -1 stays -1
 
     @property
     def boundary_edges(self) -> Bool:
         """(E,) true for edges with one face only."""
-        on_boundary: Bool = (self.edge_faces < 0).any(axis=1)
+        on_boundary: Bool = np.any(self.edge_faces < 0, axis=1)
         return on_boundary
 
     @property
+    def boundary_vertices(self) -> Bool:
+        """(V,) true for vertices on the boundary."""
+        result = np.zeros(len(self.points), dtype=np.bool_)
+        result[self.edges[self.boundary_edges]] = True
+        return result
+
+    @property
+    def valence(self) -> Int:
+        """(V,) number of edges at each vertex."""
+        return np.bincount(self.edges.ravel(), minlength=len(self.points)).astype(np.int64, copy=False)
+
+    @cached_property
     def h(self) -> float:
         """Length of the longest edge."""
-        return float(norm(np.diff(self.points[self.edges], axis=1)[:, 0]).max())
+        p0, p1 = self.points[self.edges[:, 0]], self.points[self.edges[:, 1]]
+        return float(norm(p1 - p0).max())
 
     @cached_property
     def edge_data(self) -> EdgeData:
@@ -131,3 +202,84 @@ class HermiteMesh:
         if self.second_forms is None:
             raise ValueError("this mesh has no second fundamental forms")
         return quadratic_form(u, self.second_forms[self.faces], v)
+
+    def _changed(self, **data: Any) -> "HermiteMesh":
+        kept = {name: getattr(self, name) for name in ("points", "faces", "normals", "second_forms")}
+        return HermiteMesh(**{**kept, **data}, normals_from=self.normals_from or "given")
+
+    def _of_vertices(self, vertices: Int, faces: Int) -> "HermiteMesh":
+        """Return the mesh of some vertices in an order, with faces that hold the new ids."""
+        normals = None if self.normals is None else self.normals[vertices]
+        forms = None if self.second_forms is None else self.second_forms[vertices]
+        return self._changed(points=self.points[vertices], faces=faces, normals=normals, second_forms=forms)
+
+    def transformed(
+        self, rotation: Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), translation: Any = (0, 0, 0), scale: float = 1.0
+    ) -> "HermiteMesh":
+        """Rotate by a matrix (3, 3), scale by a positive number and then move by a vector (3,).
+
+        Normals turn along; second forms turn and are divided by the scale. ValueError if it is not a rotation.
+        """
+        R = np.asarray(rotation, dtype=np.float64)
+        if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), rtol=0, atol=1e-9) or not np.linalg.det(R) > 0:
+            raise ValueError(f"{R.tolist()} is not a rotation matrix")
+        if not (np.isfinite(scale) and scale > 0):
+            raise ValueError(f"the scale {scale} is not a positive number")
+        normals = None if self.normals is None else self.normals @ R.T
+        forms = None if self.second_forms is None else R @ self.second_forms @ R.T / scale
+        points = scale * (self.points @ R.T) + np.asarray(translation, dtype=np.float64)
+        return self._changed(points=points, normals=normals, second_forms=forms)
+
+    def relabelled(self, order: Int) -> "HermiteMesh":
+        """Put the vertices in another order: vertex ``i`` of the new mesh is vertex ``order[i]`` of this one."""
+        new_id = inverse_permutation(order, len(self.points))
+        return self._of_vertices(order, new_id[self.faces])
+
+    def with_face_order(self, order: Int) -> "HermiteMesh":
+        """Put the faces in another order: face ``i`` of the new mesh is face ``order[i]`` of this one."""
+        inverse_permutation(order, len(self.faces))
+        return self._changed(faces=self.faces[order])
+
+    def rotated_corners(self, shift: int | Int = 1) -> "HermiteMesh":
+        """Start each face at another corner, at ``shift`` of before; ``shift`` is one number or (F,)."""
+        columns = (np.arange(self.sides) + np.reshape(shift, (-1, 1))) % self.sides
+        return self._changed(faces=np.take_along_axis(self.faces, np.broadcast_to(columns, self.faces.shape), axis=1))
+
+    def flipped(self) -> "HermiteMesh":
+        """Turn the surface inside out: faces run the other way, normals and second forms are negated."""
+        normals = None if self.normals is None else -self.normals
+        forms = None if self.second_forms is None else -self.second_forms
+        return self._changed(faces=self.faces[:, ::-1], normals=normals, second_forms=forms)
+
+    def without_second_forms(self) -> "HermiteMesh":
+        """Return the mesh with points and normals only."""
+        return self._changed(second_forms=None)
+
+    def without_normals(self) -> "HermiteMesh":
+        """Return the mesh with points only."""
+        return self._changed(normals=None, second_forms=None)
+
+    def submesh(self, faces: Int | Bool) -> "HermiteMesh":
+        """Return the mesh of some faces, in the order chosen, and their vertices, in the order they have here.
+
+        Raises MeshError if those faces touch in a vertex only.
+        """
+        chosen = self.faces[faces]
+        vertices, new = np.unique(chosen, return_inverse=True)
+        return self._of_vertices(vertices, new.reshape(chosen.shape))
+
+
+def locked_ids(array: Int) -> Int:
+    """Return the array, read-only from now on."""
+    array.flags.writeable = False
+    return array
+
+
+def inverse_permutation(order: Int, count: int) -> Int:
+    """Return the inverse of a permutation of 0 to count - 1; ValueError if it is none."""
+    order = np.asarray(order)
+    if not np.array_equal(np.sort(order), np.arange(count)):
+        raise ValueError(f"the order is not a permutation of 0 to {count - 1}")
+    inverse = np.empty(count, dtype=np.int64)
+    inverse[order] = np.arange(count)
+    return inverse

@@ -1,8 +1,8 @@
 """Where a patch lies in the domain of its mesh face: maps from patch parameters to face parameters and back.
 
 A patch that covers its face has the face's own parameters. A patch of a split face lies there by the affine map that
-sends its corners to their places; for a patch over a square, the bilinear one. Corners are (..., sides, 2) points of the
-face's domain.
+sends its corners to their places; for a patch over a square, the bilinear one. Corners are (..., sides, 2) points of
+the face's domain.
 """
 
 import numpy as np
