@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.geometry.mesh import EdgeData
-from testbed.geometry.vectors import Float, cross, dot, norm, tangential
+from testbed.geometry.vectors import Float, cross, dot, norm, quadratic_form, tangential
 
 #: Sine of the angle below which two directions count as parallel: a direction made from their difference has lost half
 #: of its digits there, and more below.
@@ -105,6 +105,18 @@ def planar_frame(edges: EdgeData) -> PlanarFrame:
         return np.where(np.abs(forward) > PARALLEL, np.sign(forward), np.nan)[:, None] * t
 
     return PlanarFrame(length, along, cross(plane_normal, along), tangent(n0), tangent(n1))
+
+
+def plane_curvatures(frame: PlanarFrame, normals: tuple[Float, Float], second_forms: tuple[Float, Float]) -> Float:
+    """Return the signed curvatures (2, E) of planar curves that have the data's normal curvature at the ends.
+
+    k = -II(t, t) / <nu, n> with nu the tangent turned by +90 degrees (Meusnier; Mann 1992, section 3.2).
+    """
+    k0, k1 = (
+        -quadratic_form(t, W, t) / dot(frame.turned(t), normal)
+        for t, normal, W in zip((frame.t0, frame.t1), normals, second_forms, strict=True)
+    )
+    return np.stack([k0, k1])
 
 
 def curve_from_legs(edges: EdgeData, tangents: tuple[Float, Float], d0: Float, d1: Float) -> Float:

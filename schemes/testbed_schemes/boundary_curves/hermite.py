@@ -1,0 +1,130 @@
+"""Geometric Hermite boundary curves (de Boor, Hollig and Sabin 1987; Mann 1992, sections 2.4.4 and 3.2).
+
+A planar cubic in the plane of the chord and n0 + n1 that matches end points, tangent planes and, in its own direction,
+the normal curvature of the data at both ends. With Bezier legs d0, d1 along unit tangents t0, t1 and the plane
+curvatures k0, k1, all in the plane, a = p1 - p0 and x the cross product there,
+
+    (t0 x t1) d0 = (a x t1) - 3/2 k1 d1^2,    (t0 x t1) d1 = (t0 x a) - 3/2 k0 d0^2,
+
+which has none to three admissible solutions. Equations: as printed; **corrected** wording: d is the Bezier leg, a third
+of the derivative's length, so that without a solution "the length of the chord" means a leg of L / 3.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from testbed.boundary import BoundaryCurve
+from testbed.errors import SpecError
+from testbed.geometry.mesh import EdgeData
+from testbed.geometry.vectors import Bool, Float
+from testbed.scheme import Data
+from testbed_schemes.crossed_parabolas import positive_solutions
+from testbed_schemes.planar_frame import (
+    PlanarFrame,
+    curve_from_legs,
+    edge_normals,
+    edge_second_forms,
+    planar_frame,
+    plane_curvatures,
+)
+
+#: Turning angle and curvature times length below which an edge is straight and every leg matches its data: the rounding
+#: noise of a plane with coordinates a hundred thousand times the edge.
+STRAIGHT = 1e-10
+#: Two solutions of this difference in uniformity are equally uniform.
+TIE = 1e-9
+
+
+@dataclass(frozen=True)
+class Hermite(BoundaryCurve):
+    """Planar cubics that match the data's normal curvature at both ends.
+
+    Parameters
+    ----------
+    root
+        Which of several solutions to take: ``best``, the most uniform speed (least standard deviation of |C'| over its
+        mean), or ``worst``, the least uniform. On a circle's arc the two non-uniform solutions are mirror images; there
+        ``worst`` takes the one with the longer leg at the lower vertex id, which is the one choice here that a reversal
+        of the edge changes.
+    guard
+        Least and greatest leg, in chords, of a solution that counts. The default leaves out the spurious ones next to
+        zero and infinity only. (0.15 0.75) also leaves out those on which interpolants explode, though they stay G1; a
+        fill.
+    """
+
+    root: Literal["best", "worst"] = "best"
+    guard: tuple[float, ...] = (1e-4, 1e4)
+
+    name = "hermite"
+    title = "Geometric Hermite"
+    reference = "de Boor, Hollig and Sabin 1987; Mann 1992, sections 2.4.4 and 3.2"
+    needs = Data.NORMALS | Data.SECOND_FORMS
+
+    def __post_init__(self) -> None:
+        if len(self.guard) != 2 or not 0.0 < self.guard[0] < self.guard[1]:
+            raise SpecError(f"hermite: guard takes two lengths in chords, 0 < least < greatest, not {self.guard}")
+
+    def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
+        """Return the matching curves, (E, 4, 3); planar curves with legs of L / 3, counted, where there is none."""
+        frame = planar_frame(edges)
+        legs, solved = self.legs(edges, frame)
+        d0, d1 = np.where(solved, legs, 1.0 / 3.0) * frame.length
+        control_points = curve_from_legs(edges, (frame.t0, frame.t1), d0, d1)
+        missing = ~solved & np.isfinite(control_points).all(axis=(1, 2))
+        return control_points, {"curves without a root": int(missing.sum())} if missing.any() else {}
+
+    def legs(self, edges: EdgeData, frame: PlanarFrame) -> tuple[Float, Bool]:
+        """Return d0 / L and d1 / L, (2, E), and where there is a solution, (E,)."""
+        t0, t1 = frame.components(frame.t0).T, frame.components(frame.t1).T
+        turn = t0[0] * t1[1] - t0[1] * t1[0]
+        offsets = np.stack([t1[1], -t0[1]])  # a x t1 and t0 x a of the unit chord
+        k0, k1 = plane_curvatures(frame, edge_normals(edges), edge_second_forms(edges)) * frame.length
+        bends = 1.5 * np.stack([k1, k0])
+        solutions = positive_solutions(np.stack([turn, turn]), bends, offsets, *self.guard)
+        straight = np.max(np.abs([turn, *offsets, *bends]), axis=0) <= STRAIGHT
+        legs = np.where(straight, 1.0 / 3.0, self._choice(solutions, t0, t1))
+        return legs, np.isfinite(legs).all(axis=0)
+
+    def _choice(self, solutions: Float, t0: Float, t1: Float) -> Float:
+        """One solution of each edge, (2, E), from all, (2, 4, E); NaN where there is none."""
+        order = np.argsort(-solutions[0], axis=0)  # longer first leg first, NaN last
+        chosen = np.take_along_axis(solutions, order[None, :1], axis=1)[:, 0]
+        spread = chosen[0] - np.nanmin(np.where(np.isnan(solutions[0]), np.inf, solutions[0]), axis=0)
+        several = np.flatnonzero(spread > TIE)
+        candidates = np.take_along_axis(solutions[:, :, several], order[None, :, several], axis=1)
+        score = speed_variation(candidates, t0[:, several], t1[:, several])
+        score = np.where(np.isnan(score), np.inf, score if self.root == "best" else -score)
+        first = np.argmax(score <= score.min(axis=0) + TIE, axis=0)
+        chosen[:, several] = np.take_along_axis(candidates, first[None, None], axis=1)[:, 0]
+        return chosen
+
+
+def speed_variation(legs: Float, t0: Float, t1: Float) -> Float:
+    """Return the standard deviation of |C'| over its mean for planar cubics over the unit chord; 0: uniform speed.
+
+    Parameters
+    ----------
+    legs
+        (2, M, E) Bezier legs.
+    t0, t1
+        (2, E) unit tangents in the plane.
+
+    Returns
+    -------
+    variation
+        (M, E); by Gauss quadrature with eight nodes.
+    """
+    first, last = legs[0] * t0[:, None], legs[1] * t1[:, None]
+    chord = np.array([1.0, 0.0])[:, None, None]
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    mean, mean_square = np.zeros(legs.shape[1:]), np.zeros(legs.shape[1:])
+    for t, weight in zip((1.0 + nodes) / 2.0, weights / 2.0, strict=True):
+        hodograph = (1.0 - t) ** 2 * first + 2.0 * t * (1.0 - t) * (chord - first - last) + t**2 * last
+        square = (hodograph**2).sum(axis=0)
+        mean += weight * np.sqrt(square)
+        mean_square += weight * square
+    variation: Float = np.sqrt(np.maximum(mean_square - mean**2, 0.0)) / mean
+    return variation
