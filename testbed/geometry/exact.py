@@ -2,8 +2,10 @@
 
 from abc import ABC, abstractmethod
 
+import numpy as np
+
 from testbed.geometry.mesh import HermiteMesh
-from testbed.geometry.vectors import Float, Int
+from testbed.geometry.vectors import Float, Int, norm, unit
 
 
 class ExactSurface(ABC):
@@ -22,8 +24,38 @@ class ExactSurface(ABC):
 
     @abstractmethod
     def second_form(self, points: Float) -> Float:
-        """Second fundamental forms W (N, 3, 3) at points on the surface; positive where it bends away from the normal."""
+        """Second fundamental forms W (N, 3, 3) at points on it; positive where it bends away from the normal."""
 
     def sample(self, points: Float, faces: Int) -> HermiteMesh:
         """Return the mesh of ``points`` (V, 3), which lie on the surface, with its normals and second forms there."""
         return HermiteMesh(points, faces, self.normal(points), self.second_form(points))
+
+
+class LevelSet(ExactSurface):
+    """The zero set of a smooth function g whose gradient points to the side of the normal."""
+
+    @abstractmethod
+    def gradient(self, points: Float) -> Float:
+        """Gradients of g, (N, 3) at points (N, 3)."""
+
+    @abstractmethod
+    def hessian(self, points: Float) -> Float:
+        """Second derivatives of g, (N, 3, 3) at points (N, 3)."""
+
+    def normal(self, points: Float) -> Float:
+        """Unit normals (N, 3): the gradient scaled to length one."""
+        return unit(self.gradient(points))
+
+    def second_form(self, points: Float) -> Float:
+        """Second fundamental forms (N, 3, 3): W = P H P / |grad g|, P = I - n n^T.
+
+        Differentiating g = 0 twice along the surface gives <grad g, D_uv S> + u . H v = 0, and II(u, v) = -<D_uv S, n>.
+        """
+        gradient = self.gradient(points)
+        length = norm(gradient)
+        n = gradient / length[:, None]
+        tangential = np.eye(3) - n[:, :, None] * n[:, None, :]
+        projected = tangential @ self.hessian(points) @ tangential / length[:, None, None]
+        # the two products round differently; a second form is symmetric to the last bit
+        symmetric: Float = 0.5 * (projected + projected.swapaxes(-1, -2))
+        return symmetric
