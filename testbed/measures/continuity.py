@@ -134,8 +134,11 @@ def largest(surface: Surface, edges: PatchEdges, t: Float, sampled: Float, index
     low, high = t[np.maximum(peak - 1, 0)], t[np.minimum(peak + 1, len(t) - 1)]
     if not np.isnan(value).any():
         row = np.arange(len(chosen))
+        # samples at the ends are exact; between them and the margin, normals of blended patches lose digits
+        margin = max(batch.corner_margin for batch in surface.batches)
         for _ in range(ROUNDS):
-            points = grained(low[:, None] + (high - low)[:, None] * BRACKET)
+            points = np.clip(low[:, None] + (high - low)[:, None] * BRACKET, margin, 1.0 - margin)
+            points = grained(points)
             found = edge_jumps(surface, edges[chosen], points)[index]
             best = found.argmax(axis=1)
             # NaN wins the comparison too

@@ -57,7 +57,9 @@ class Distance(Measure):
             return deviations(exact, jet.f, jet.normal)
 
         places = [one.points_at.at for one in samples]
-        distance, angle = maxima(surface, sampled, places, quantities, [0.0] * len(samples), self.candidates)
+        # samples at the corners are exact; between them and the margin, normals of blended patches lose digits
+        margins = [batch.corner_margin for batch in surface.batches]
+        distance, angle = maxima(surface, sampled, places, quantities, margins, self.candidates)
         squares = area = 0.0
         for one, values in zip(samples, sampled, strict=True):
             rule = one.area.shape[1]

@@ -245,7 +245,8 @@ def _along(steps: Float) -> Float:
 def move(centre: Float, step: Float, sides: int, margin: float) -> Float:
     """Return ``centre + step`` (N, K, 2), cut where it leaves the domain or comes within ``margin`` of a corner.
 
-    On the square a step that ends within the margin is not made.
+    A step that ends within the margin all the same, because it starts there or crosses into it on a square, is not
+    made.
     """
     if sides == 3:
         start, change = barycentric(centre), np.concatenate([-step.sum(axis=-1, keepdims=True), step], axis=-1)
@@ -255,7 +256,7 @@ def move(centre: Float, step: Float, sides: int, margin: float) -> Float:
         room = np.where(change > 0.0, (1.0 - (margin if sides == 3 else 0.0) - start) / change, -start / change)
     room = np.where(change == 0.0, np.inf, room).min(axis=-1, keepdims=True)
     moved: Float = np.clip(centre + np.clip(room, 0.0, 1.0) * step, 0.0, 1.0)
-    if sides == 4 and margin > 0.0:
-        near: Bool = corner_distance(4, moved) < margin
+    if margin > 0.0:
+        near: Bool = corner_distance(sides, moved) < margin * (1.0 - 1e-9)
         moved = np.where(near[..., None], centre, moved)
     return moved
