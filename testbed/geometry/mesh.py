@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.geometry.edges import HalfEdges
 from testbed.geometry.mesh_checks import (
+    check_not_cancelled,
     check_shapes,
     checked_faces,
     checked_half_edges,
@@ -15,7 +16,7 @@ from testbed.geometry.mesh_checks import (
     checked_points,
     checked_second_forms,
 )
-from testbed.geometry.vectors import Bool, Float, Int, norm, quadratic_form
+from testbed.geometry.vectors import Bool, Float, Int, angle_between, cross, norm, quadratic_form, unit
 
 #: Where a mesh's normals come from.
 NormalsFrom: TypeAlias = Literal["given", "file", "estimated"]
@@ -259,6 +260,14 @@ class HermiteMesh:
         """Return the mesh with points only."""
         return self._changed(normals=None, second_forms=None)
 
+    def with_estimated_normals(self) -> "HermiteMesh":
+        """Return the mesh with normals that are means of the faces' normals, weighted with the angles at the vertex.
+
+        Second forms are left out, they belong to other normals. MeshError where the normals about a vertex cancel.
+        """
+        normals = angle_weighted_normals(self.points, self.faces)
+        return HermiteMesh(self.points, self.faces, normals, normals_from="estimated")
+
     def submesh(self, faces: Int | Bool) -> "HermiteMesh":
         """Return the mesh of some faces, in the order chosen, and their vertices, in the order they have here.
 
@@ -267,6 +276,17 @@ class HermiteMesh:
         chosen = self.faces[faces]
         vertices, new = np.unique(chosen, return_inverse=True)
         return self._of_vertices(vertices, new.reshape(chosen.shape))
+
+
+def angle_weighted_normals(points: Float, faces: Int) -> Float:
+    """Return means (V, 3) of the faces' unit normals, weighted with the angles at the vertices; not of length one."""
+    corners = points[faces]
+    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    weighted = unit(cross(unit(ahead), unit(back))) * angle_between(unit(ahead), unit(back))[..., None]
+    sums = [np.bincount(faces.ravel(), weights=weighted[..., axis].ravel(), minlength=len(points)) for axis in range(3)]
+    total: Float = np.stack(sums, axis=-1).astype(np.float64, copy=False)
+    check_not_cancelled(total)
+    return total
 
 
 def locked_ids(array: Int) -> Int:

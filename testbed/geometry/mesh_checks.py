@@ -19,6 +19,8 @@ SHORTEST, LONGEST = 1e-37, 1e37
 FLATNESS = 64 * float(np.finfo(np.float64).eps)
 #: Normals this near to length one are kept bit for bit.
 UNIT = 8 * float(np.finfo(np.float64).eps)
+#: A sum of unit normals, weighted with angles, shorter than this has no direction left.
+CANCELLED = 1e-12
 #: Relative size of what a second form may have outside the symmetric matrices of the tangent plane.
 SECOND_FORM = 1e-8
 #: Second forms smaller than this over the longest edge count as rounding of zero.
@@ -79,11 +81,7 @@ def checked_faces(values: Any, vertices: int) -> Int:
         raise MeshError(
             f"the faces have shape {array.shape}: give (F, 3) vertex ids for triangles or (F, 4) for quadrilaterals"
         )
-    outside = (array < 0) | (array >= vertices)
-    if outside.any():
-        face = first(outside.any(axis=1))
-        index = int(array[face][outside[face]][0])
-        raise MeshError(f"face {face} has vertex {index}, but the vertices are 0 to {vertices - 1}: correct the index")
+    check_range(array, vertices)
     faces: Int = np.ascontiguousarray(array, dtype=np.int64)
     repeated = faces[:, 0] == faces[:, -1]
     for step in range(1, faces.shape[1] - 1):
@@ -99,6 +97,15 @@ def checked_faces(values: Any, vertices: int) -> Int:
             "remove vertices without a face"
         )
     return faces
+
+
+def check_range(faces: Int, vertices: int) -> None:
+    """Check that faces hold ids of vertices."""
+    outside = (faces < 0) | (faces >= vertices)
+    if outside.any():
+        face = first(outside.any(axis=1))
+        index = int(faces[face][outside[face]][0])
+        raise MeshError(f"face {face} has vertex {index}, but the vertices are 0 to {vertices - 1}: correct the index")
 
 
 def checked_half_edges(faces: Int) -> HalfEdges:
@@ -214,6 +221,15 @@ def checked_normals(values: Any, vertices: int) -> Float:
     with np.errstate(over="ignore"):  # lengths beyond all numbers are not 1
         is_unit: Bool = np.abs(length * largest - 1.0) <= UNIT
     return np.where(is_unit[:, None], normals, scaled / length[:, None])
+
+
+def check_not_cancelled(normals: Float) -> None:
+    """Check that sums of weighted unit normals (V, 3) are more than what rounding leaves of zero."""
+    cancelled = norm(normals) < CANCELLED
+    if cancelled.any():
+        raise MeshError(
+            f"no normal can be estimated at vertex {first(cancelled)}, the normals of its faces cancel: give normals"
+        )
 
 
 def checked_second_forms(values: Any, normals: Float | None, vertices: int, h: float) -> Float:
