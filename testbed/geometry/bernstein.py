@@ -10,6 +10,7 @@ leading axes and any dimension (homogeneous coordinates and scalar factors too).
 """
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -30,9 +31,21 @@ def triangle_degree(count: int) -> int:
     return degree
 
 
+@cache
 def multi_indices(degree: int) -> Int:
-    """Exponents (i, j, k) of b0, b1, b2 in the order of the control points, (n, 3)."""
-    return np.array([(degree - s, s - k, k) for s in range(degree + 1) for k in range(s + 1)], dtype=np.int64)
+    """Exponents (i, j, k) of b0, b1, b2 in the order of the control points, (n, 3), read-only."""
+    indices = np.array([(degree - s, s - k, k) for s in range(degree + 1) for k in range(s + 1)], dtype=np.int64)
+    indices.flags.writeable = False
+    return indices
+
+
+@cache
+def _multinomials(degree: int) -> Float:
+    """Multinomial coefficients d! / (i! j! k!) in the order of the control points, (n, 1), read-only."""
+    coefficients = [math.comb(degree, i) * math.comb(degree - i, j) for i, j, _ in multi_indices(degree).tolist()]
+    column = np.array(coefficients, dtype=np.float64)[:, None]
+    column.flags.writeable = False
+    return column
 
 
 def index_of(indices: tuple[int, int, int]) -> int:
@@ -41,11 +54,17 @@ def index_of(indices: tuple[int, int, int]) -> int:
     return (j + k) * (j + k + 1) // 2 + k
 
 
-def raised(degree: int) -> tuple[Int, Int, Int]:
-    """Places, in the net of degree + 1, of the multi-indices of ``degree`` with i, j or k raised by one, (n,) each."""
+@cache
+def raised(degree: int) -> tuple[slice, Int, Int]:
+    """Places, in the net of degree + 1, of the multi-indices of ``degree`` with i, j or k raised by one.
+
+    The first n; and two arrays (n,), read-only.
+    """
     row = degree - multi_indices(degree)[:, 0]
     place = np.arange(len(row))
-    return place, place + row + 1, place + row + 2
+    second, third = place + row + 1, place + row + 2
+    second.flags.writeable = third.flags.writeable = False
+    return slice(len(row)), second, third
 
 
 def casteljau_step(net: Float, b: Float) -> Float:
@@ -54,22 +73,9 @@ def casteljau_step(net: Float, b: Float) -> Float:
     Leading axes broadcast. With a different ``b`` at each step this evaluates the blossom.
     """
     first, second, third = raised(triangle_degree(net.shape[-2]) - 1)
-    b = b[..., None, :]
-    stepped: Float = (
-        b[..., :1] * net[..., first, :] + b[..., 1:2] * net[..., second, :] + b[..., 2:] * net[..., third, :]
-    )
+    b0, b1, b2 = (b[..., None, r, None] for r in range(3))
+    stepped: Float = b0 * net[..., first, :] + b1 * net[..., second, :] + b2 * net[..., third, :]
     return stepped
-
-
-def _triangle_bases(degree: int, b: Float, lowest: int) -> list[Float]:
-    """Tabulate the polynomials of degrees ``degree`` down to ``lowest``, (..., n) each, by the recursion."""
-    bases = [np.ones((*b.shape[:-1], 1))]
-    for d in range(1, degree + 1):
-        higher = np.zeros((*b.shape[:-1], point_count(d)))
-        for direction, places in enumerate(raised(d - 1)):
-            higher[..., places] += b[..., direction, None] * bases[-1]
-        bases.append(higher)
-    return bases[: None if lowest <= 0 else lowest - 1 : -1]
 
 
 def triangle_tables(degree: int, at: Float, order: int = 2) -> Float:
@@ -89,31 +95,31 @@ def triangle_tables(degree: int, at: Float, order: int = 2) -> Float:
     Float
         (1 | 3 | 6, ..., n): B | B_u, B_v | B_uu, B_uv, B_vv, so that a table times a net is the jet.
     """
-    lower = _triangle_bases(degree, barycentric(at), degree - order)
-    table = np.zeros(((1, 3, 6)[order], *lower[0].shape))
-    table[0] = lower[0]
-    if order >= 1 and degree >= 1:
-        for row, r in ((1, 1), (2, 2)):
-            table[row] = _differentiated(lower[1], degree, (r,))
-    if order >= 2 and degree >= 2:
-        for row, pair in ((3, (1, 1)), (4, (1, 2)), (5, (2, 2))):
-            table[row] = _differentiated(lower[2], degree, pair)
-    return table
-
-
-def _differentiated(lower: Float, degree: int, directions: tuple[int, ...]) -> Float:
-    """Differentiate the polynomials of ``degree`` along b_r - b_0 for each r of ``directions``.
-
-    ``lower`` holds the polynomials of degree - len(directions); each derivative is a difference of those, (..., n).
-    """
-    values = lower * math.perm(degree, len(directions))
-    for level, r in enumerate(directions, start=degree - len(directions) + 1):
-        places = raised(level - 1)
-        higher = np.zeros((*values.shape[:-1], point_count(level)))
-        higher[..., places[r]] += values
-        higher[..., places[0]] -= values
-        values = higher
-    return values
+    b = np.ascontiguousarray(np.moveaxis(barycentric(at), -1, 0))
+    # powers[q, e, r]: q-th derivative of the e-th power of b_r
+    powers = np.zeros((order + 1, degree + 1, *b.shape))
+    powers[0, 0] = 1.0
+    exponents = np.arange(1, degree + 1, dtype=np.float64).reshape(-1, *(1,) * b.ndim)
+    for e in range(1, degree + 1):
+        np.multiply(powers[0, e - 1], b, out=powers[0, e])
+    for q in range(1, order + 1):
+        np.multiply(powers[q - 1, :-1], exponents, out=powers[q, 1:])
+    x, y, z = (powers[:, :, r].take(multi_indices(degree)[:, r], axis=1) for r in range(3))
+    x *= _multinomials(degree).reshape(-1, *(1,) * (b.ndim - 1))
+    table = np.empty(((1, 3, 6)[order], *x.shape[1:]))
+    xy = x[0] * y[0]
+    table[0] = xy * z[0]
+    if order >= 1:
+        # product rule; along u b1 grows and b0 shrinks, along v b2 grows and b0 shrinks
+        xy_u = x[0] * y[1] - x[1] * y[0]
+        table[1] = xy_u * z[0]
+        table[2] = xy * z[1] - x[1] * y[0] * z[0]
+    if order == 2:
+        xy_w = x[2] * y[0] - x[1] * y[1]
+        table[3] = (xy_w - x[1] * y[1] + x[0] * y[2]) * z[0]
+        table[4] = xy_w * z[0] + xy_u * z[1]
+        table[5] = x[2] * y[0] * z[0] - 2.0 * (x[1] * y[0] * z[1]) + xy * z[2]
+    return np.moveaxis(table, 1, -1)
 
 
 def curve_tables(degree: int, t: Float, order: int = 2) -> Float:
@@ -146,10 +152,29 @@ def tensor_tables(degrees: tuple[int, int], at: Float, order: int = 2) -> Float:
 
 
 def evaluate_curve(control_points: Float, t: Float, order: int = 0) -> Float:
-    """Points and derivatives of curves (..., d + 1, dim) at parameters (S,), to (1 | 2 | 3, ..., S, dim)."""
-    table = curve_tables(control_points.shape[-2] - 1, t, order)
-    table = table.reshape(len(table), *(1,) * (control_points.ndim - 2), *table.shape[1:])
-    return np.asarray(sum(table[..., i, None] * control_points[..., i, None, :] for i in range(table.shape[-1])))
+    """Points and derivatives of curves at parameters.
+
+    Parameters
+    ----------
+    control_points
+        (..., d + 1, dim).
+    t
+        (S,) for all curves, or (..., S).
+    order
+        0, 1 or 2.
+
+    Returns
+    -------
+    Float
+        (1 | 2 | 3, ..., S, dim).
+    """
+    degree = control_points.shape[-2] - 1
+    t = np.broadcast_to(t, np.broadcast_shapes(t.shape, (*control_points.shape[:-2], 1)))
+    table = curve_tables(degree, t, order)
+    points: Float = table[..., 0, None] * control_points[..., 0, None, :]
+    for i in range(1, degree + 1):
+        points += table[..., i, None] * control_points[..., i, None, :]
+    return points
 
 
 def blossom_curve(control_points: Float, arguments: Float) -> Float:
@@ -197,17 +222,16 @@ def reparametrise_triangle(net: Float, corners: Float) -> Float:
     Float
         (..., n, dim): control point (i, j, k) is the blossom at i times corner 0, j times corner 1, k times corner 2.
     """
-    labels = np.stack(
-        [np.repeat(np.arange(3), exponents) for exponents in multi_indices(triangle_degree(net.shape[-2]))]
-    )
+    exponents = multi_indices(triangle_degree(net.shape[-2]))
+    labels = np.stack([np.repeat(np.arange(3), row) for row in exponents])
     return blossom_triangle(net[..., None, :, :], corners[..., labels, :])
 
 
 def subdivide_triangle(net: Float, at: Float | None = None) -> Float:
     """Split triangles (..., n, dim) at an inner point into three, (..., 3, n, dim).
 
-    Piece i has the corners i + 1, i + 2 and the point; ``at`` (..., 3) is barycentric, the centroid by default. Sides of
-    the whole are kept to the last bit, and pieces share the points of their common sides to the last bit.
+    Piece i has the corners i + 1, i + 2 and the point; ``at`` (..., 3) is barycentric, the centroid by default. The sides
+    of the whole are kept to the last bit, and pieces share the points of their common sides to the last bit.
     """
     point = np.full(3, 1.0 / 3.0) if at is None else np.asarray(at, dtype=np.float64)
     kept = np.stack([np.roll(np.eye(3), -(i + 1), axis=0)[:2] for i in range(3)])
@@ -231,7 +255,7 @@ def quarter_triangle(net: Float) -> Float:
 def halve_triangle(net: Float, side: int) -> Float:
     """Split triangles (..., n, dim) from the midpoint of a side to the corner opposite, (..., 2, n, dim).
 
-    Side s runs from corner s to s + 1: the midpoint replaces corner s + 1 in the first piece and corner s in the second.
+    Side s runs from corner s to s + 1: the midpoint replaces corner s + 1 in the first piece, corner s in the second.
     """
     start, end = side, (side + 1) % 3
     corners = np.stack([np.eye(3), np.eye(3)])
@@ -276,8 +300,10 @@ def elevate_triangle(net: Float, steps: int = 1) -> Float:
         degree = triangle_degree(net.shape[-2])
         exponents = multi_indices(degree) + 1
         total = np.zeros((*net.shape[:-2], point_count(degree + 1), net.shape[-1]))
-        for direction, places in enumerate(raised(degree)):
-            total[..., places, :] += exponents[:, direction, None] * net
+        first, second, third = raised(degree)
+        total[..., first, :] = exponents[:, 0, None] * net
+        total[..., second, :] += exponents[:, 1, None] * net
+        total[..., third, :] += exponents[:, 2, None] * net
         total /= degree + 1
         net = total
     return net
@@ -291,7 +317,7 @@ def elevate_tensor(net: Float, steps: tuple[int, int] = (1, 1)) -> Float:
 
 def derivative_curve(control_points: Float) -> Float:
     """Control points (..., d, dim) of the derivative of a curve of degree d >= 1."""
-    return (control_points.shape[-2] - 1) * np.diff(control_points, axis=-2)
+    return np.asarray((control_points.shape[-2] - 1) * np.diff(control_points, axis=-2))
 
 
 def derivative_triangle(net: Float, direction: Float) -> Float:
@@ -333,11 +359,3 @@ def multiply_triangles(a: Float, b: Float) -> Float:
         product[..., places, :] += factors[..., i : i + 1, :] * weighted
     product /= _multinomials(m + n)
     return product
-
-
-def _multinomials(degree: int) -> Float:
-    """Multinomial coefficients d! / (i! j! k!) in the order of the control points, (n, 1)."""
-    return np.array(
-        [math.comb(degree, i) * math.comb(degree - i, j) for i, j, _ in multi_indices(degree).tolist()],
-        dtype=np.float64,
-    )[:, None]
