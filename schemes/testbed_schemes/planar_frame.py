@@ -107,6 +107,12 @@ def planar_frame(edges: EdgeData) -> PlanarFrame:
     return PlanarFrame(length, along, cross(plane_normal, along), tangent(n0), tangent(n1))
 
 
+def planar_coefficients(frame: PlanarFrame) -> tuple[Float, Float]:
+    """Return the cross products t0 x t1, (E,), and t0 x a and a x t1, (2, E), in the plane, of the unit chord a."""
+    t0, t1 = frame.components(frame.t0).T, frame.components(frame.t1).T
+    return t0[0] * t1[1] - t0[1] * t1[0], np.stack([-t0[1], t1[1]])
+
+
 def plane_curvatures(frame: PlanarFrame, normals: tuple[Float, Float], second_forms: tuple[Float, Float]) -> Float:
     """Return the signed curvatures (2, E) of planar curves that have the data's normal curvature at the ends.
 

@@ -27,6 +27,7 @@ from testbed_schemes.planar_frame import (
     curve_from_legs,
     edge_normals,
     edge_second_forms,
+    planar_coefficients,
     planar_frame,
     plane_curvatures,
 )
@@ -78,14 +79,13 @@ class Hermite(BoundaryCurve):
 
     def legs(self, edges: EdgeData, frame: PlanarFrame) -> tuple[Float, Bool]:
         """Return d0 / L and d1 / L, (2, E), and where there is a solution, (E,)."""
-        t0, t1 = frame.components(frame.t0).T, frame.components(frame.t1).T
-        turn = t0[0] * t1[1] - t0[1] * t1[0]
-        offsets = np.stack([t1[1], -t0[1]])  # a x t1 and t0 x a of the unit chord
-        k0, k1 = plane_curvatures(frame, edge_normals(edges), edge_second_forms(edges)) * frame.length
-        bends = 1.5 * np.stack([k1, k0])
-        solutions = positive_solutions(np.stack([turn, turn]), bends, offsets, *self.guard)
+        turn, offsets = planar_coefficients(frame)
+        bends = 1.5 * plane_curvatures(frame, edge_normals(edges), edge_second_forms(edges)) * frame.length
+        solutions = positive_solutions(np.stack([turn, turn]), bends[::-1], offsets[::-1], *self.guard)
         straight = np.max(np.abs([turn, *offsets, *bends]), axis=0) <= STRAIGHT
-        legs = np.where(straight, 1.0 / 3.0, self._choice(solutions, t0, t1))
+        legs = np.where(
+            straight, 1.0 / 3.0, self._choice(solutions, frame.components(frame.t0).T, frame.components(frame.t1).T)
+        )
         return legs, np.isfinite(legs).all(axis=0)
 
     def _choice(self, solutions: Float, t0: Float, t1: Float) -> Float:
