@@ -7,11 +7,11 @@ from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
 
-from testbed.geometry.domain import barycentric
+from testbed.geometry.domain import barycentric, corner_distance
 from testbed.geometry.jets import ROWS, Jet
 from testbed.geometry.patches import PatchBatch
 from testbed.geometry.taylor import Taylor
-from testbed.geometry.vectors import Bool, Float, Int
+from testbed.geometry.vectors import Bool, Float, Int, as_float
 
 #: ``formula(b0, b1, b2, **data)``: points (..., 3) from barycentric coordinates and data, in array notation.
 Formula: TypeAlias = Callable[..., Float]
@@ -20,7 +20,13 @@ Formula: TypeAlias = Callable[..., Float]
 CHUNK = 8192
 
 
-@dataclass(frozen=True)
+def _frozen(values: Float) -> Float:
+    array = as_float(values).view()
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
 class BlendedTriangles(PatchBatch):
     """Triangular patches given by a formula; derivatives are exact, never finite differences.
 
@@ -54,6 +60,20 @@ class BlendedTriangles(PatchBatch):
 
     sides: ClassVar[int] = 3
 
+    def __post_init__(self) -> None:
+        count = len(self.corner_points)
+        shapes = np.shape(self.corner_points), np.shape(self.corner_tangents)
+        if shapes != ((count, 3, 3), (count, 3, 2, 3)):
+            raise ValueError(f"corner points are (P, 3, 3) and corner tangents (P, 3, 2, 3), not {shapes}")
+        for name, values in self.data.items():
+            if len(values) != count:
+                raise ValueError(
+                    f"data {name!r} has {len(values)} entries for {count} patches: put the patch axis first"
+                )
+        object.__setattr__(self, "data", {name: _frozen(values) for name, values in self.data.items()})
+        object.__setattr__(self, "corner_points", _frozen(self.corner_points))
+        object.__setattr__(self, "corner_tangents", _frozen(self.corner_tangents))
+
     def __len__(self) -> int:
         return len(self.corner_points)
 
@@ -78,8 +98,8 @@ class BlendedTriangles(PatchBatch):
         """Jets at domain points (S, 2) or (P, S, 2); at a corner, second derivatives are NaN."""
         shared = at.ndim == 2
         points = at[None] if shared else at
-        b = barycentric(points)
-        at_corner = (b == 0.0).sum(axis=-1) == 2
+        # 1 - max(b) rounds to zero for everything that cannot be told from a corner in double precision
+        at_corner = corner_distance(3, points) == 0.0
         away = np.where(at_corner[..., None], 1.0 / 3.0, points)
         # points run along the patches in memory, as they do inside a Taylor
         planes = np.empty((ROWS[order], 3, points.shape[1], len(self)))
@@ -89,7 +109,7 @@ class BlendedTriangles(PatchBatch):
         coefficients = planes.transpose(0, 3, 2, 1)
         patch, sample = np.nonzero(np.broadcast_to(at_corner, coefficients.shape[1:3]))
         if len(patch):
-            corner = b[0 if shared else patch, sample].argmax(axis=-1)
+            corner = barycentric(points[0 if shared else patch, sample]).argmax(axis=-1)
             coefficients[:, patch, sample] = self._corner_jets(patch, corner)[: ROWS[order]]
         return Jet(coefficients)
 

@@ -125,15 +125,6 @@ def power(exponent: Float) -> OneVariable:
     return derivatives
 
 
-def hypot(x: Float, y: Float) -> Iterator[tuple[Float, ...]]:
-    """Distance from the origin; its direction has no derivative there, NaN."""
-    h = np.hypot(x, y)
-    yield (h,)
-    c, s = x / h, y / h
-    yield c, s
-    yield s * s / h, -c * s / h, c * c / h
-
-
 def arctan2(y: Float, x: Float) -> Iterator[tuple[Float, ...]]:
     """Angle of (x, y); the first argument is y, as in numpy."""
     yield (np.arctan2(y, x),)

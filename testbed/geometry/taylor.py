@@ -11,14 +11,14 @@ how the points are divided over calls.
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from types import EllipsisType, MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from testbed.geometry import elementary
-from testbed.geometry.elementary import ONE_VARIABLE, OneVariable, TwoVariables
+from testbed.geometry import elementary, truncated
 from testbed.geometry.jets import ROWS
 from testbed.geometry.vectors import Bool, Float, cross
 
@@ -125,15 +125,17 @@ class Taylor(NDArrayOperatorsMixin):
         raise TypeError("a Taylor is not converted to an array: take .value or .coefficients")
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method == "reduce" and ufunc in _REDUCTIONS:
+            return _REDUCTIONS[ufunc](*inputs, **{"axis": 0, **kwargs})
         if method != "__call__" or kwargs:
             options = f" with {', '.join(kwargs)}" if kwargs else ""
             raise TypeError(f"numpy.{ufunc.__name__}.{method}{options} is not defined on Taylor arguments")
         if ufunc in _ON_VALUES:
             return ufunc(*(x.value if isinstance(x, Taylor) else x for x in inputs))
-        if ufunc in ONE_VARIABLE:
-            return _chain(inputs[0], ONE_VARIABLE[ufunc])
         if ufunc in _RULES:
-            return _RULES[ufunc](*inputs)
+            return Taylor._of(_RULES[ufunc](*_operands(*inputs)))
+        if ufunc in _CHOICES:
+            return _CHOICES[ufunc](*inputs)
         raise TypeError(f"numpy.{ufunc.__name__} is not defined on Taylor arguments")
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
@@ -145,8 +147,8 @@ class Taylor(NDArrayOperatorsMixin):
 # Arithmetic. Inside, arrays are planes: rows first, value axes reversed, so that shapes are aligned at the left.
 
 
-def _operands(*inputs: Any) -> tuple[int, list[Float]]:
-    """Rows of the result, and the planes of each input with as many axes as the largest has; constants have one row."""
+def _operands(*inputs: Any) -> list[Float]:
+    """Planes of each input, of one order and with as many axes as the largest has; constants have one row."""
     values = [x if isinstance(x, Taylor) else np.asarray(x, dtype=np.float64) for x in inputs]
     ndim = max(x.ndim for x in values)
     rows = min(len(x._planes) for x in values if isinstance(x, Taylor))
@@ -154,96 +156,7 @@ def _operands(*inputs: Any) -> tuple[int, list[Float]]:
     for x in values:
         planes = x._planes[:rows] if isinstance(x, Taylor) else np.ascontiguousarray(x.T)[None] if x.ndim else x[None]
         aligned.append(planes.reshape(planes.shape + (1,) * (ndim - x.ndim)))
-    return rows, aligned
-
-
-def _linear(ufunc: Callable[..., Float], a: Any, b: Any) -> Taylor:
-    """Sum or difference; a constant has no derivatives to add."""
-    rows, (p, q) = _operands(a, b)
-    if len(p) == len(q) == rows:
-        return Taylor._of(ufunc(p, q))
-    planes = np.empty((rows, *np.broadcast_shapes(p.shape[1:], q.shape[1:])))
-    planes[0] = ufunc(p[0], q[0])
-    if len(p) == rows:
-        planes[1:] = p[1:]
-    else:
-        planes[1:] = ufunc(0.0, q[1:])
-    return Taylor._of(planes)
-
-
-def _products_of_first(p: Float, q: Float) -> tuple[Float, Float, Float]:
-    """p_u q_u, p_u q_v + p_v q_u, p_v q_v: where first derivatives meet in second ones."""
-    by_u, by_v = p[1:3] * q[1], p[1:3] * q[2]
-    return by_u[0], by_u[1] + by_v[0], by_v[1]
-
-
-def _multiply(a: Any, b: Any) -> Taylor:
-    rows, (p, q) = _operands(a, b)
-    constant = not (isinstance(a, Taylor) and isinstance(b, Taylor))
-    planes = p * q if constant else p * q[:1]
-    if constant or rows == 1:
-        return Taylor._of(planes)
-    planes[1:] += p[:1] * q[1:]
-    if rows == 6:
-        uu, uv, vv = _products_of_first(p, q)
-        planes[3] += uu + uu
-        planes[4] += uv
-        planes[5] += vv + vv
-    return Taylor._of(planes)
-
-
-def _divide(a: Any, b: Any) -> Taylor:
-    """Quotient q from a = q b: q' = (a' - q b') / b and so on."""
-    rows, (p, r) = _operands(a, b)
-    if not isinstance(b, Taylor):
-        return Taylor._of(p / r)
-    planes = np.zeros((rows, *np.broadcast_shapes(p.shape[1:], r.shape[1:])))
-    planes[: len(p)] = p
-    planes[0] /= r[0]
-    planes[1:] -= planes[:1] * r[1:]
-    planes[1:3] /= r[0]
-    if rows == 6:
-        uu, uv, vv = _products_of_first(planes, r)
-        planes[3] -= uu + uu
-        planes[4] -= uv
-        planes[5] -= vv + vv
-        planes[3:] /= r[0]
-    return Taylor._of(planes)
-
-
-def _chain(a: Taylor, function: OneVariable) -> Taylor:
-    """Compose with a function of one variable, g(a): g' a' and g' a'' + g'' a' a'."""
-    p = a._planes
-    derivatives = function(np.ascontiguousarray(p[0]))
-    planes = np.empty(p.shape)
-    planes[0] = next(derivatives)
-    if len(p) > 1:
-        planes[1:] = next(derivatives) * p[1:]
-    if len(p) == 6:
-        second = next(derivatives)
-        along_u, along_v = second * p[1], second * p[2]
-        planes[3] += along_u * p[1]
-        planes[4] += along_u * p[2]
-        planes[5] += along_v * p[2]
-    return Taylor._of(planes)
-
-
-def _chain_two(a: Any, b: Any, function: TwoVariables) -> Taylor:
-    """Compose with a function of two variables, g(a, b)."""
-    rows, (p, q) = _operands(a, b)
-    p, q = (np.concatenate([x, np.zeros((rows - len(x), *x.shape[1:]))]) for x in (p, q))
-    shape = np.broadcast_shapes(p.shape[1:], q.shape[1:])
-    derivatives = function(*(np.ascontiguousarray(np.broadcast_to(x[0], shape)) for x in (p, q)))
-    planes = np.empty((rows, *shape))
-    (planes[0],) = next(derivatives)
-    if rows > 1:
-        ga, gb = next(derivatives)
-        planes[1:] = ga * p[1:] + gb * q[1:]
-    if rows == 6:
-        gaa, gab, gbb = next(derivatives)
-        for row, (x, y) in enumerate(((1, 1), (1, 2), (2, 2)), start=3):
-            planes[row] += gaa * (p[x] * p[y]) + gab * (p[x] * q[y] + p[y] * q[x]) + gbb * (q[x] * q[y])
-    return Taylor._of(planes)
+    return aligned
 
 
 def _power(a: Any, exponent: Any) -> Taylor:
@@ -251,38 +164,34 @@ def _power(a: Any, exponent: Any) -> Taylor:
         result: Taylor = np.exp(exponent * np.log(a))
         return result
     if np.ndim(exponent) == 0 and exponent == 2:
-        return _multiply(a, a)
+        return Taylor._of(truncated.multiply(a._planes, a._planes))
     shape = np.broadcast_shapes(a.shape, np.shape(exponent))
     constant = np.broadcast_to(np.asarray(exponent, dtype=np.float64), shape)
-    return _chain(_broadcast_to(a, shape), elementary.power(np.ascontiguousarray(constant.T)))
+    function = elementary.power(np.ascontiguousarray(constant.T))
+    return Taylor._of(truncated.compose(function, _broadcast_to(a, shape)._planes))
 
 
-def _absolute(a: Taylor) -> Taylor:
-    return _multiply(a, np.copysign(1.0, a.value))
-
-
-def _larger(a: Any, b: Any) -> Taylor:
-    return _where((a >= b) | np.isnan(a), a, b)
-
-
-def _smaller(a: Any, b: Any) -> Taylor:
-    return _where((a <= b) | np.isnan(a), a, b)
-
-
-_RULES: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType(
+_RULES: Mapping[np.ufunc, Callable[..., Float]] = MappingProxyType(
     {
-        np.add: lambda a, b: _linear(np.add, a, b),
-        np.subtract: lambda a, b: _linear(np.subtract, a, b),
-        np.multiply: _multiply,
-        np.divide: _divide,
+        np.add: partial(truncated.linear, np.add),
+        np.subtract: partial(truncated.linear, np.subtract),
+        np.multiply: truncated.multiply,
+        np.divide: truncated.divide,
+        np.negative: np.negative,
+        np.positive: np.positive,
+        np.hypot: truncated.hypot,
+        np.arctan2: partial(truncated.compose_two, elementary.arctan2),
+        **{ufunc: partial(truncated.compose, function) for ufunc, function in elementary.ONE_VARIABLE.items()},
+    }
+)
+
+_CHOICES: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType(
+    {
         np.power: _power,
-        np.negative: lambda a: Taylor._of(-a._planes),
-        np.positive: lambda a: a,
-        np.absolute: _absolute,
-        np.hypot: lambda a, b: _chain_two(a, b, elementary.hypot),
-        np.arctan2: lambda a, b: _chain_two(a, b, elementary.arctan2),
-        np.maximum: _larger,
-        np.minimum: _smaller,
+        np.absolute: lambda a: a * np.copysign(1.0, a.value),
+        # a NaN is chosen, from either side
+        np.maximum: lambda a, b: _where((a >= b) | np.isnan(a), a, b),
+        np.minimum: lambda a, b: _where((a <= b) | np.isnan(a), a, b),
     }
 )
 
@@ -303,12 +212,22 @@ def _full(x: Any, rows: int) -> Taylor:
     return Taylor(np.concatenate([value[None], np.zeros((rows - 1, *value.shape))]))
 
 
-def _joined(join: Callable[..., Float], parts: Sequence[Any], axis: int, extra: int) -> Taylor:
+def _same_order(parts: Sequence[Any]) -> list[Taylor]:
     rows = min(len(part._planes) for part in parts if isinstance(part, Taylor))
-    same = [_full(part, rows) for part in parts]
-    ndim = same[0].ndim + extra
-    # value axis k of the result is axis ndim - k of its planes
-    return Taylor._of(join([part._planes for part in same], axis=ndim - axis % ndim))
+    return [_full(part, rows) for part in parts]
+
+
+def _stack(parts: Sequence[Any], axis: int = 0) -> Taylor:
+    same = _same_order(parts)
+    # outermost in memory wherever it stands: a stacked axis is one of components
+    planes = np.stack([part._planes for part in same], axis=1)
+    return Taylor._of(np.moveaxis(planes, 1, planes.ndim - 1 - axis % (planes.ndim - 1)))
+
+
+def _concatenate(parts: Sequence[Any], axis: int = 0) -> Taylor:
+    same = _same_order(parts)
+    # value axis k is axis ndim - k of the planes
+    return Taylor._of(np.concatenate([part._planes for part in same], axis=same[0].ndim - axis % same[0].ndim))
 
 
 def _where(condition: Bool, a: Any, b: Any) -> Taylor:
@@ -328,7 +247,7 @@ def _moveaxis(a: Taylor, source: Any, destination: Any) -> Taylor:
     planes = a._planes.T  # value axes first, rows last
     last = planes.ndim - 1
     source, destination = (np.atleast_1d(axes) % last for axes in (source, destination))
-    return Taylor._of(np.ascontiguousarray(np.moveaxis(planes, source.tolist(), destination.tolist()).T))
+    return Taylor._of(np.moveaxis(planes, source.tolist(), destination.tolist()).T)
 
 
 def _sum(a: Taylor, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Taylor:
@@ -380,11 +299,12 @@ def _einsum(subscripts: str, *operands: Any) -> Taylor:
     return result
 
 
-def _norm(a: Taylor, axis: int | None = None, keepdims: bool = False) -> Taylor:
-    if axis is None:
-        raise TypeError("numpy.linalg.norm of a Taylor takes one axis")
-    return _chain(_sum(_multiply(a, a), axis, keepdims), ONE_VARIABLE[np.sqrt])
+def _norm(a: Taylor, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Taylor:
+    root: Taylor = np.sqrt(_sum(a**2, axis, keepdims))  # type: ignore[assignment]
+    return root
 
+
+_REDUCTIONS: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType({np.add: _sum, np.hypot: _norm})
 
 _FUNCTIONS: Mapping[Any, Callable[..., Any]] = MappingProxyType(
     {
@@ -392,8 +312,8 @@ _FUNCTIONS: Mapping[Any, Callable[..., Any]] = MappingProxyType(
         np.ndim: lambda a: a.ndim,
         np.size: lambda a: a.size,
         np.sum: _sum,
-        np.stack: lambda parts, axis=0: _joined(np.stack, parts, axis, 1),
-        np.concatenate: lambda parts, axis=0: _joined(np.concatenate, parts, axis, 0),
+        np.stack: _stack,
+        np.concatenate: _concatenate,
         np.einsum: _einsum,
         np.cross: cross,
         np.linalg.norm: _norm,

@@ -38,7 +38,9 @@ def stack_components(*components: Float) -> Float:
 
 def norm(a: Float) -> Float:
     """Euclidean length over the last axis, without overflow or underflow; (..., 3) to (...)."""
-    return np.hypot(np.hypot(a[..., 0], a[..., 1]), a[..., 2])
+    # one operation, differentiable in Taylor arithmetic wherever the vector is not zero
+    length: Float = np.hypot.reduce(a, axis=-1)
+    return length
 
 
 def unit(a: Float) -> Float:
