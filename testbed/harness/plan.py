@@ -1,0 +1,310 @@
+"""The grid of cells that a run computes: which, how large, what will be refused, and what each depends on."""
+
+import dataclasses
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+from testbed import registry
+from testbed.boundary import BoundaryCurve
+from testbed.dataset import Dataset
+from testbed.errors import SpecError
+from testbed.harness import cell
+from testbed.harness.sources import Sources
+from testbed.harness.workers import Died, Returned, TimedOut, Workers
+from testbed.measure import Column, Measure
+from testbed.plugin import Plugin
+from testbed.scheme import Data, Scheme
+from testbed.spec import parse
+
+P = TypeVar("P", bound=Plugin)
+
+#: Part of every key: raise it when cells are computed otherwise than before, and all are computed anew.
+FORMAT: Final = 1
+#: Seconds for a look at one dataset.
+SKETCH_LIMIT: Final = 60.0
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A place in the grid.
+
+    Parameters
+    ----------
+    scheme, dataset
+        Canonical texts of the plugins.
+    level
+        Level of the dataset.
+    faces
+        Faces of the mesh, an estimate; None if the dataset could not be looked at.
+    foreseen
+        Why it will be refused, as far as that can be told without computing; else empty.
+    key
+        Hash of everything the result depends on.
+    """
+
+    scheme: str
+    dataset: str
+    level: int
+    faces: int | None
+    foreseen: str
+    key: str
+
+    def __str__(self) -> str:
+        return f"{self.scheme} on {self.dataset}, level {self.level}"
+
+
+@dataclass(frozen=True)
+class PlannedScheme:
+    """What a scheme declares, kept beside its results.
+
+    Parameters
+    ----------
+    spec, title, reference
+        Its text, and what it is called and where it was published.
+    continuity, order, reproduces, matches
+        Its claims, as texts (``G1``, ``spheres``, ``NORMALS``) and a number.
+    source
+        Hash of its source closure.
+    """
+
+    spec: str
+    title: str
+    reference: str
+    continuity: str
+    order: float | None
+    reproduces: tuple[str, ...]
+    matches: tuple[str, ...]
+    source: str
+
+
+@dataclass(frozen=True)
+class PlannedDataset:
+    """What a dataset declares, kept beside the results.
+
+    Parameters
+    ----------
+    spec, title, reference
+        Its text, and what it is called and where it comes from.
+    closed
+        Whether its meshes have no boundary; None if unknown.
+    shape
+        ``planes``, ``spheres``, ``quadrics`` if its exact surface is one, else None.
+    source
+        Hash of its source closure, and of the file it reads.
+    """
+
+    spec: str
+    title: str
+    reference: str
+    closed: bool | None
+    shape: str | None
+    source: str
+
+
+@dataclass(frozen=True)
+class PlannedMeasure:
+    """A measure with its columns and the hash of its source closure."""
+
+    spec: str
+    title: str
+    columns: tuple[Column, ...]
+    source: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A grid; build one with :func:`make_plan`.
+
+    Parameters
+    ----------
+    cells
+        All cells, by scheme, dataset and level in the order asked for.
+    schemes, datasets, measures
+        What they are made of.
+    """
+
+    cells: tuple[Cell, ...]
+    schemes: tuple[PlannedScheme, ...]
+    datasets: tuple[PlannedDataset, ...]
+    measures: tuple[PlannedMeasure, ...]
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The measured columns, in order."""
+        return tuple(column for measure in self.measures for column in measure.columns)
+
+    def task(self, one: Cell) -> cell.Task:
+        """Return what a worker needs to compute a cell."""
+        return cell.Task(
+            one.scheme,
+            one.dataset,
+            one.level,
+            tuple(measure.spec for measure in self.measures),
+            next(scheme.source for scheme in self.schemes if scheme.spec == one.scheme),
+            next(dataset.source for dataset in self.datasets if dataset.spec == one.dataset),
+            tuple(measure.source for measure in self.measures),
+        )
+
+    def to_json(self) -> str:
+        """Return the plan as text."""
+        return json.dumps(dataclasses.asdict(self), indent=1)
+
+    @classmethod
+    def from_json(cls, text: str) -> "Plan":
+        """Return the plan that :meth:`to_json` wrote; ValueError or TypeError for another text."""
+        fields: dict[str, Any] = json.loads(text)
+        return cls(
+            tuple(Cell(**item) for item in fields["cells"]),
+            tuple(
+                PlannedScheme(**{**item, "reproduces": tuple(item["reproduces"]), "matches": tuple(item["matches"])})
+                for item in fields["schemes"]
+            ),
+            tuple(PlannedDataset(**item) for item in fields["datasets"]),
+            tuple(
+                PlannedMeasure(**{**item, "columns": tuple(Column(**column) for column in item["columns"])})
+                for item in fields["measures"]
+            ),
+        )
+
+
+def parse_levels(text: str) -> tuple[int, ...]:
+    """Return the levels of ``"2"`` or, the last included, of ``"0:4"``; SpecError for anything else."""
+    match = re.fullmatch(r"\s*(\d{1,3})\s*(?::\s*(\d{1,3})\s*)?", text)
+    if match is None:
+        raise SpecError(f"levels {text!r} cannot be read: write one level as 2, or the first and the last as 0:4")
+    first, last = int(match[1]), int(match[2] or match[1])
+    if last < first:
+        raise SpecError(f"levels {text!r} run backwards: write the coarsest first, {last}:{first}")
+    return tuple(range(first, last + 1))
+
+
+def make_plan(
+    schemes: Sequence[str] | None = None,
+    datasets: Sequence[str] | None = None,
+    levels: str | None = None,
+    measures: Sequence[str] | None = None,
+) -> Plan:
+    """Return the grid of schemes x datasets x levels.
+
+    Parameters
+    ----------
+    schemes, datasets, measures
+        Texts such as ``torus[minor=0.4]``; None for all that are registered, with their defaults, but for datasets that
+        have to be told what to read.
+    levels
+        ``"0:4"`` or ``"2"``; None for each dataset's own, 0 to its finest.
+
+    Raises
+    ------
+    SpecError
+        A text names nothing registered, a file cannot be read, levels cannot be read, or the grid is empty.
+    """
+    chosen_levels = None if levels is None else parse_levels(levels)
+    fitted = _unique(_chosen(schemes, Scheme))
+    sampled = _unique(_chosen(datasets, Dataset))
+    measured = _unique(_chosen(measures, Measure))
+    for what, found in (("scheme", fitted), ("dataset", sampled), ("measure", measured)):
+        if not found:
+            raise SpecError(f"there is no {what} to compute with: name one, or install a package that has some")
+    sources = Sources()
+    planned_schemes = tuple(_planned_scheme(one, sources) for one in fitted)
+    planned_datasets = tuple(_planned_dataset(one, sources) for one in sampled)
+    planned_measures = tuple(PlannedMeasure(str(one), one.title, one.columns, sources.content(one)) for one in measured)
+    by_dataset = [chosen_levels or tuple(range(one.finest + 1)) for one in sampled]
+    sketches = _sketches(list(zip(map(str, sampled), by_dataset, strict=True)))
+    cells = []
+    for scheme, planned in zip(fitted, planned_schemes, strict=True):
+        for dataset, its_levels, sketch in zip(planned_datasets, by_dataset, sketches, strict=True):
+            for level in its_levels:
+                faces = sketch.faces.get(level) if sketch and sketch.faces else None
+                foreseen = _foreseen(scheme, level, sketch) if sketch else ""
+                key = _key(planned, dataset, level, planned_measures)
+                cells.append(Cell(planned.spec, dataset.spec, level, faces, foreseen, key))
+    return Plan(tuple(cells), planned_schemes, planned_datasets, planned_measures)
+
+
+def _chosen(specs: Sequence[str] | None, kind: type[P]) -> Iterable[P]:
+    if specs is not None:
+        return [parse(text, kind, registry.load()) for text in specs]
+    return [found() for found in registry.catalogue(kind).values() if found.positional is None]
+
+
+def _unique(plugins: Iterable[Any]) -> list[Any]:
+    return list({str(plugin): plugin for plugin in plugins}.values())
+
+
+def _names(flags: Data) -> tuple[str, ...]:
+    return tuple(str(flag.name) for flag in flags)
+
+
+def _planned_scheme(scheme: Scheme, sources: Sources) -> PlannedScheme:
+    return PlannedScheme(
+        str(scheme),
+        scheme.title,
+        scheme.reference,
+        scheme.continuity.value,
+        scheme.order,
+        tuple(shape.value for shape in scheme.reproduces),
+        _names(scheme.matches),
+        sources.content(scheme),
+    )
+
+
+def _planned_dataset(dataset: Dataset, sources: Sources) -> PlannedDataset:
+    shape = getattr(dataset, "shape", None)
+    return PlannedDataset(
+        str(dataset),
+        dataset.title,
+        dataset.reference,
+        dataset.closed,
+        None if shape is None else shape.value,
+        sources.content(dataset),
+    )
+
+
+def _sketches(wanted: list[tuple[str, tuple[int, ...]]]) -> list[cell.Sketch | None]:
+    """Look at the datasets in a worker process, where a plugin that hangs or dies does no harm; None where it did."""
+    result: list[cell.Sketch | None] = [None] * len(wanted)
+    with Workers(1, SKETCH_LIMIT) as workers:
+        for index, (dataset, levels) in enumerate(wanted):
+            workers.submit(index, cell.sketch, dataset, levels)
+            while workers.tasks:
+                for outcome in workers.wait(1.0):
+                    match outcome:
+                        case Returned(task, value):
+                            result[task] = value
+                        case TimedOut() | Died():
+                            pass  # its cells will tell
+    return result
+
+
+def _foreseen(scheme: Scheme, level: int, sketch: cell.Sketch) -> str:
+    """Return why a cell will be refused, as far as declarations and the coarsest mesh tell, or nothing."""
+    if sketch.problem:
+        return sketch.problem
+    if sketch.absent and level in sketch.absent:
+        return sketch.absent[level]
+    if sketch.sides not in scheme.domain:
+        return f"faces have {sketch.sides} sides, and the scheme takes {' or '.join(map(str, scheme.domain))}"
+    needs = set(_names(scheme.needs))
+    for one in scheme.nested():
+        if isinstance(one, BoundaryCurve):
+            needs |= set(_names(one.needs))
+    lacking = [name.lower().replace("_", " ") for name in _names(~Data(0)) if name in needs - set(sketch.data)]
+    return f"the mesh has no {' and no '.join(lacking)}" if lacking else ""
+
+
+def _key(scheme: PlannedScheme, dataset: PlannedDataset, level: int, measures: Iterable[PlannedMeasure]) -> str:
+    """Return the hash of all that a result depends on; library versions are recorded in run.json, not keyed."""
+    content: Mapping[str, Any] = {
+        "format": FORMAT,
+        "scheme": (scheme.spec, scheme.source),
+        "dataset": (dataset.spec, dataset.source),
+        "level": level,
+        "measures": [(measure.spec, measure.source) for measure in measures],
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
