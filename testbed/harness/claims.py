@@ -1,0 +1,162 @@
+"""What schemes claim against what was measured: met, missed, exceeded, or not testable, a row a claim and dataset."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import nan
+from typing import TYPE_CHECKING, Final
+
+from testbed.harness.plan import Plan, PlannedDataset, PlannedScheme
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Degrees between normals at an edge that count as none.
+SMOOTH_DEG: Final = 1e-8
+#: Distance between neighbours at an edge that counts as none, relative to the diameter of the mesh.
+CLOSED: Final = 1e-12
+#: Distance to the exact surface, relative to the same, and angle to its normals in degrees, that count as reproduction.
+EXACT: Final = 1e-10
+EXACT_DEG: Final = 1e-6
+
+#: Kinds of surfaces that a dataset of some shape is an example of.
+EXAMPLE_OF: Final = {"planes": ("planes", "quadrics"), "spheres": ("spheres", "quadrics"), "quadrics": ("quadrics",)}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a claim of a scheme stands on a dataset.
+
+    Parameters
+    ----------
+    scheme
+        Text of the scheme.
+    claim
+        ``continuity G1``, ``order 4``, ``reproduces spheres``, ``matches NORMALS``.
+    dataset
+        Text of the dataset; empty where the claim could be tested on none.
+    verdict
+        ``met``, ``missed``, ``exceeded`` or ``not testable``.
+    measured
+        The number that decided it, NaN if none did.
+    reason
+        One line that says which number it is, or why there is none.
+    """
+
+    scheme: str
+    claim: str
+    dataset: str
+    verdict: str
+    measured: float
+    reason: str
+
+
+def verdicts(plan: Plan, cells: "pd.DataFrame", orders: "pd.DataFrame") -> list[Verdict]:
+    """Return the verdicts on all claims, by scheme in the plan's order.
+
+    Parameters
+    ----------
+    plan
+        The plan.
+    cells, orders
+        As in :class:`testbed.harness.results.Results`.
+    """
+    return [verdict for scheme in plan.schemes for verdict in _of_scheme(scheme, plan, cells, orders)]
+
+
+def _of_scheme(scheme: PlannedScheme, plan: Plan, cells: "pd.DataFrame", orders: "pd.DataFrame") -> Iterator[Verdict]:
+    own = cells[cells["scheme"] == scheme.spec]
+    for dataset in plan.datasets:
+        yield _continuity(scheme, dataset, own[own["dataset"] == dataset.spec])
+    if scheme.order is not None:
+        claim = f"order {scheme.order:g}"
+        chosen = orders[(orders["scheme"] == scheme.spec) & (orders["quantity"] == "distance_max")]
+        names = ("dataset", "verdict", "order", "low", "high", "levels_used", "reason")
+        for spec, text, order, low, high, used, reason in zip(*(chosen[name] for name in names), strict=True):
+            fitted = f"order {order:.2f}, {low:.2f} to {high:.2f}, over levels {used}" if used else ""
+            yield Verdict(scheme.spec, claim, spec, text, order, "; ".join(filter(None, [fitted, reason])))
+    tested = set()
+    for dataset in plan.datasets:
+        for shape in EXAMPLE_OF.get(dataset.shape or "", ()):
+            judged = _reproduction(scheme, dataset, shape, own[own["dataset"] == dataset.spec])
+            if judged is not None:
+                tested.add(shape)
+                yield judged
+    for shape in scheme.reproduces:
+        if shape not in tested:
+            reason = f"no dataset of the plan is declared an example of {shape}"
+            yield Verdict(scheme.spec, f"reproduces {shape}", "", "not testable", nan, reason)
+    for data in scheme.matches:
+        reason = "no measure reads it off: testbed check does"
+        yield Verdict(scheme.spec, f"matches {data.lower().replace('_', ' ')}", "", "not testable", nan, reason)
+
+
+def _continuity(scheme: PlannedScheme, dataset: PlannedDataset, own: "pd.DataFrame") -> Verdict:
+    def verdict(text: str, measured: float, reason: str) -> Verdict:
+        return Verdict(scheme.spec, f"continuity {scheme.continuity}", dataset.spec, text, measured, reason)
+
+    ok = own[own["status"] == "ok"]
+    obstacle = _obstacle(own, ("gap_max", "epsilon_deg"))
+    if obstacle:
+        return verdict("not testable", nan, obstacle)
+    if "interior_edges" in ok and not (ok["interior_edges"] > 0).any():
+        return verdict("not testable", nan, "the surfaces have no edges between patches")
+    gap, epsilon = float(ok["gap_max"].max()), float(ok["epsilon_deg"].max())
+    partly = _partly(own)
+    # written so that NaN, were there one, would miss
+    if not gap <= CLOSED * float(ok["diameter"].max()):
+        return verdict("missed", gap, f"gap_max {gap:.3g} on {_worst(ok, 'gap_max')}{partly}")
+    smooth = epsilon <= SMOOTH_DEG
+    if scheme.continuity == "C0":
+        return verdict("exceeded" if smooth else "met", gap, f"gap_max {gap:.3g}, epsilon_deg {epsilon:.3g}{partly}")
+    if not smooth:
+        return verdict("missed", epsilon, f"epsilon_deg {epsilon:.3g} on {_worst(ok, 'epsilon_deg')}{partly}")
+    if scheme.continuity == "G1":
+        return verdict("met", epsilon, f"epsilon_deg {epsilon:.3g}, gap_max {gap:.3g}{partly}")
+    return verdict("not testable", epsilon, f"G1 is met, and no measure reads off more than that{partly}")
+
+
+def _reproduction(scheme: PlannedScheme, dataset: PlannedDataset, shape: str, own: "pd.DataFrame") -> Verdict | None:
+    """Return the verdict, or None where there is neither a claim nor a reproduction."""
+
+    def verdict(text: str, measured: float, reason: str) -> Verdict:
+        return Verdict(scheme.spec, f"reproduces {shape}", dataset.spec, text, measured, reason)
+
+    claimed = shape in scheme.reproduces
+    obstacle = _obstacle(own, ("distance_max", "normal_max_deg"))
+    if obstacle:
+        return verdict("not testable", nan, obstacle) if claimed else None
+    ok = own[own["status"] == "ok"]
+    distance, angle = float(ok["distance_max"].max()), float(ok["normal_max_deg"].max())
+    reproduced = distance <= EXACT * float(ok["diameter"].max()) and angle <= EXACT_DEG
+    if not (claimed or reproduced):
+        return None
+    text = ("met" if claimed else "exceeded") if reproduced else "missed"
+    reason = f"distance_max {distance:.3g}, normal_max_deg {angle:.3g}{_partly(own)}"
+    return verdict(text, distance, reason)
+
+
+def _obstacle(own: "pd.DataFrame", columns: tuple[str, ...]) -> str:
+    """Return why columns cannot be judged on a dataset, or nothing."""
+    absent = [column for column in columns if column not in own]
+    if absent:
+        return f"no measure gives {absent[0]}"
+    ok = own[own["status"] == "ok"]
+    if ok.empty:
+        if own.empty:
+            return "not computed yet"
+        return f"no cell is ok: {own['reason'].iloc[0]}"
+    if ok[list(columns)].isna().any(axis=None):
+        return f"there is no {' or '.join(columns)} on this dataset"
+    return ""
+
+
+def _partly(own: "pd.DataFrame") -> str:
+    bad = own[own["status"] != "ok"]
+    if bad.empty:
+        return ""
+    levels = ", ".join(f"{level} {status}" for level, status in zip(bad["level"], bad["status"], strict=True))
+    return f" (without level {levels})"
+
+
+def _worst(ok: "pd.DataFrame", column: str) -> str:
+    return f"level {ok['level'].iloc[int(ok[column].to_numpy().argmax())]}"
