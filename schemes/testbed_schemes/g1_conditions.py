@@ -47,6 +47,7 @@ def cross_boundary_points(
         (..., 3) unit normals at the ends.
     jensen_c
         Jensen's C; 1 is Chiyokura and Kimura's linear k. The factor of k0 + k1 is 2 C - 1 (Mann 1994 calls that c_i).
+        From C = 1/2 on, k keeps the sign of its end values; below, k may vanish on the edge, and the patch fold there.
 
     Returns
     -------

@@ -35,6 +35,7 @@ class ShirmanSequin(Scheme):
         Curve construction on the mesh edges.
     jensen_c
         Jensen's C, the relative size of the cross-boundary derivative half-way along an edge; 1 is the original scheme.
+        Below 1/2 a patch may fold over its edges.
     alpha2
         The thesis's alpha_i2 > 0 (alpha_i1 = 2 - alpha_i2), one for all vertices or one for each: where the first inner
         point lies between its corner and the neighbours on the two edges. At 9/4 the inner joins are C1.

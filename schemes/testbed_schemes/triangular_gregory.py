@@ -45,6 +45,7 @@ class TriangularGregory(Scheme):
         Curve construction on the mesh edges.
     jensen_c
         Jensen's C, the relative size of the cross-boundary derivative half-way along an edge; 1 is the original scheme.
+        Below 1/2 a patch may fold over its edges.
 
     Raises
     ------
