@@ -66,6 +66,9 @@ class Scheme(Plugin):
         Claimed order of convergence of the distance, or None.
     reproduces
         Surfaces it claims to reproduce when the data are sampled from them.
+    support
+        Rings of neighbouring faces whose data a face's surface depends on (claim): 0 when its own vertices decide, None
+        when the whole mesh does.
     """
 
     domain: ClassVar[tuple[int, ...]] = (3,)
@@ -74,6 +77,7 @@ class Scheme(Plugin):
     continuity: ClassVar[Continuity]
     order: ClassVar[float | None]
     reproduces: ClassVar[tuple[Shape, ...]]
+    support: ClassVar[int | None] = 0
     required: ClassVar[tuple[str, ...]] = (
         *Plugin.required,
         "needs",
