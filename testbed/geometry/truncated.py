@@ -68,7 +68,7 @@ def divide(p: Float, q: Float) -> Float:
 def compose(function: OneVariable, p: Float) -> Float:
     """g(p) with derivatives g' p' and g' p'' + g'' p' p'."""
     # contiguous, because numpy's loops for transcendental functions on strided data may round differently
-    derivatives = function(np.ascontiguousarray(p[0]))
+    derivatives = function(np.asarray(p[0], order="C"))
     result = np.empty(p.shape)
     result[0] = next(derivatives)
     if len(p) > 1:
@@ -87,7 +87,7 @@ def compose_two(function: TwoVariables, p: Float, q: Float) -> Float:
     result = _empty(p, q)
     rows, *shape = result.shape
     p, q = (np.concatenate([x, np.zeros((rows - len(x), *x.shape[1:]))]) for x in (p, q))
-    derivatives = function(*(np.ascontiguousarray(np.broadcast_to(x[0], shape)) for x in (p, q)))
+    derivatives = function(*(np.asarray(np.broadcast_to(x[0], shape), order="C") for x in (p, q)))
     (result[0],) = next(derivatives)
     if rows > 1:
         gp, gq = next(derivatives)
