@@ -36,11 +36,13 @@ def side_vertex_blend(patch: SideVertexPatch, b0: Float, b1: Float, b2: Float) -
 
 def hermite(start: Float, chord: Float, tangent0: Float, tangent1: Float, t: Float) -> Float:
     """Cubic Hermite curve at ``t`` from ``start`` to ``start + chord`` with end tangents, (..., 3)."""
-    t, r = t[..., None], (1.0 - t)[..., None]
-    return start + t * (t * (3.0 - 2.0 * t) * chord + r * (r * tangent0 - t * tangent1))
+    r = 1.0 - t
+    along, leaving, arriving = t * t * (3.0 - 2.0 * t), t * r * r, t * t * r
+    return start + along[..., None] * chord + leaving[..., None] * tangent0 - arriving[..., None] * tangent1
 
 
 def hermite_derivative(chord: Float, tangent0: Float, tangent1: Float, t: Float) -> Float:
     """Return the derivative of :func:`hermite`."""
-    t, r = t[..., None], (1.0 - t)[..., None]
-    return 6.0 * t * r * chord + r * (r - 2.0 * t) * tangent0 + t * (t - 2.0 * r) * tangent1
+    r = 1.0 - t
+    along, leaving, arriving = 6.0 * t * r, r * (r - 2.0 * t), t * (t - 2.0 * r)
+    return along[..., None] * chord + leaving[..., None] * tangent0 + arriving[..., None] * tangent1
