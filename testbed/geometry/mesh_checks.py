@@ -48,7 +48,7 @@ def checked_vectors(values: Any, what: str, shape: tuple[int | None, ...]) -> Fl
         raise MeshError(f"the {what} have shape {array.shape}: give {width}, a row for each vertex")
     with np.errstate(over="ignore"):  # of wider types; refused as infinite
         floats: Float = np.ascontiguousarray(array, dtype=np.float64)
-    finite = np.isfinite(floats).reshape(len(floats), -1).all(axis=1)
+    finite = np.isfinite(floats).all(axis=tuple(range(1, floats.ndim)))
     if not finite.all():
         vertex = first(~finite)
         row = " ".join(str(floats[vertex]).split())
