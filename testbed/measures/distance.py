@@ -66,12 +66,14 @@ class Distance(Measure):
             weight = one.area * one.points_at.weights[:rule]
             squares += float(np.sum(weight * values[0][:, :rule] ** 2))
             area += float(np.sum(weight))
+        # a distance that is not known makes the mean unknown, also where the rule has no point
+        known = area > 0.0 and not np.isnan(distance.value)
         sides = surface.mesh.sides
         return {
             "distance_max": distance.value,
             "distance_max_face": distance.face,
             "distance_max_bary": distance.bary(sides),
-            "distance_rms": float(np.sqrt(squares / area)) if area > 0.0 else float("nan"),
+            "distance_rms": float(np.sqrt(squares / area)) if known else float("nan"),
             "normal_max_deg": float(np.degrees(angle.value)),
             "normal_max_face": angle.face,
             "normal_max_bary": angle.bary(sides),
