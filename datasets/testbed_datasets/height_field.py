@@ -5,12 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.geometry.exact import LevelSet
-from testbed.geometry.vectors import Bool, Float
+from testbed.geometry.vectors import Bool, Float, Int
 
-#: Newton's method takes about five steps from a point near the surface.
-MOST_STEPS = 60
+#: Newton's method takes about five steps from a point near the surface, many along steep valleys far outside the mesh.
+MOST_STEPS = 200
 #: After a Newton step below this, relative to the coordinates, the next error is below rounding.
 LAST_STEP = 1e-9
+#: A Hessian is relied on if the ratio of its eigenvalues is above the first; else no eigenvalue's modulus is taken to be
+#: below the second times the other's.
+UNRELIABLE, SINGULAR = 1e-12, 1e-6
 #: Points projected at once, so that all that belongs to them stays in the processor's cache.
 CHUNK = 4096
 
@@ -26,9 +29,12 @@ class HeightField(LevelSet):
     ----------
     coefficients
         Row i, column j holds the coefficient of x^i y^j; rows may be ragged.
+    reach
+        The part of interest lies over |x|, |y| <= reach; beyond it high powers rise steeply.
     """
 
     coefficients: tuple[tuple[float, ...], ...]
+    reach: float = 1.0
 
     def jet(self, x: Float, y: Float) -> HeightJet:
         """f, f_x, f_y, f_xx, f_xy, f_yy at (N,) places, by Horner's rule in x over Horner's rule in y."""
@@ -50,7 +56,13 @@ class HeightField(LevelSet):
 
     def height(self, x: Float, y: Float) -> Float:
         """Heights f at (N,) places."""
-        return self.jet(x, y)[0]
+        f: Float = np.zeros_like(x)
+        for row in reversed(self.coefficients):
+            g = np.zeros_like(x)
+            for coefficient in reversed(row):
+                g = g * y + coefficient
+            f = f * x + g
+        return f
 
     def over(self, plane: Float) -> Float:
         """Points of the surface (N, 3) over points of the plane (N, 2)."""
@@ -73,7 +85,8 @@ class HeightField(LevelSet):
         """Feet reached downhill from straight above or below each point, (N, 3).
 
         The nearest points of the surface for points nearer to it than its smallest radius of curvature; farther away
-        a foot that is nearest among its neighbours. The surface goes on beyond the mesh. NaN where no foot was found.
+        a foot that is nearest among its neighbours. The surface goes on beyond the mesh. NaN where no foot was found:
+        at centres of symmetry between feet, and for some points at several times the mesh's size from the surface.
         """
         chunks = range(0, len(points), CHUNK)
         return np.concatenate([np.empty((0, 3)), *(self._feet(points[start : start + CHUNK]) for start in chunks)])
@@ -82,8 +95,8 @@ class HeightField(LevelSet):
         """Minimise half the squared distance over (x, y) by Newton's method, damped until it descends."""
         feet = np.full(points.shape, np.nan)
         active = np.flatnonzero(np.isfinite(points).all(axis=1))
-        x, y = points[:, 0].copy(), points[:, 1].copy()
         with np.errstate(all="ignore"):  # far points may overflow: they end as NaN, as promised
+            x, y = self._start(points)
             for _ in range(MOST_STEPS):
                 if not len(active):
                     break
@@ -99,30 +112,50 @@ class HeightField(LevelSet):
                 active = active[~last]
         return feet
 
+    def _start(self, points: Float) -> tuple[Float, Float]:
+        """Places (N,), (N,): the point's own, or the nearest within reach if the surface is nearer to it there."""
+        x, y = points[:, 0], points[:, 1]
+        inner_x, inner_y = np.clip(x, -self.reach, self.reach), np.clip(y, -self.reach, self.reach)
+        below = np.abs(self.height(x, y) - points[:, 2])
+        inner = np.hypot(np.hypot(inner_x - x, inner_y - y), self.height(inner_x, inner_y) - points[:, 2]) < below
+        return np.where(inner, inner_x, x), np.where(inner, inner_y, y)
+
     def _newton_step(self, p: Float, x: Float, y: Float) -> tuple[Float, Float, Bool]:
-        """Newton steps (N,), (N,) and whether the Hessian was positive definite; Gauss-Newton steps where not."""
+        """Newton steps (N,), (N,), and whether the Hessian was positive definite.
+
+        Where it was not, its eigenvalues' moduli serve: the step still leads downhill, away from saddles and maxima of
+        the distance.
+        """
         f, fx, fy, fxx, fxy, fyy = self.jet(x, y)
         above = f - p[:, 2]
         gx, gy = x - p[:, 0] + above * fx, y - p[:, 1] + above * fy
-        a, b, c = 1.0 + fx * fx, fx * fy, 1.0 + fy * fy
-        ha, hb, hc = a + above * fxx, b + above * fxy, c + above * fyy
-        definite = (ha > 0.0) & (ha * hc - hb * hb > 1e-8 * (ha * ha + hc * hc))
-        a, b, c = np.where(definite, ha, a), np.where(definite, hb, b), np.where(definite, hc, c)
+        a, b, c = 1.0 + fx * fx + above * fxx, fx * fy + above * fxy, 1.0 + fy * fy + above * fyy
+        middle, radius = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
+        low, high = middle - radius, middle + radius
+        definite = low > UNRELIABLE * high
+        # |H| = slope H + shift I has the eigenvalues |low|, |high|, neither too near to zero
+        floor = SINGULAR * np.maximum(np.abs(low), np.abs(high))
+        low_modulus, high_modulus = np.maximum(np.abs(low), floor), np.maximum(np.abs(high), floor)
+        slope = np.where(definite | (radius == 0.0), 1.0, (high_modulus - low_modulus) / (2.0 * radius))
+        shift = np.where(definite, 0.0, low_modulus - slope * low)
+        a, b, c = slope * a + shift, slope * b, slope * c + shift
         determinant = a * c - b * b
         return (b * gy - c * gx) / determinant, (b * gx - a * gy) / determinant, definite
 
     def _damping(self, p: Float, x: Float, y: Float, dx: Float, dy: Float) -> Float:
-        """Factors (N,) 1, 1/2, 1/4... with which a step does not lead away from the point, rounding aside."""
+        """Factors (N,) 1, 1/4, 1/16... with which a step does not lead away from the point, rounding aside."""
 
-        def distance(x: Float, y: Float) -> Float:
-            return np.hypot(np.hypot(x - p[:, 0], y - p[:, 1]), self.height(x, y) - p[:, 2])
+        def distance(chosen: Int, x: Float, y: Float) -> Float:
+            return np.hypot(np.hypot(x - p[chosen, 0], y - p[chosen, 1]), self.height(x, y) - p[chosen, 2])
 
         factor = np.ones(len(p))
-        now = distance(x, y)
-        allowed = now + 1e-12 * (1.0 + now + np.abs(x) + np.abs(y))
-        for _ in range(30):
-            away = ~(distance(x + factor * dx, y + factor * dy) <= allowed)
-            if not away.any():
+        away = np.arange(len(p))
+        now = distance(away, x, y)
+        allowed = now + 1e-13 * (1.0 + now + np.abs(x) + np.abs(y))
+        for _ in range(20):
+            there = distance(away, x[away] + factor[away] * dx[away], y[away] + factor[away] * dy[away])
+            away = away[~(there <= allowed[away])]
+            if not len(away):
                 break
-            factor[away] *= 0.5
+            factor[away] *= 0.25
         return factor
