@@ -41,12 +41,12 @@ def positive_solutions(a: Float, b: Float, e: Float, least: float, most: float) 
     solutions = np.empty((2, 4, count))
     for start in range(0, count, CHUNK):
         columns = slice(start, start + CHUNK)
-        part = a[:, columns], b[:, columns], e[:, columns]
+        linear, square, constant = a[:, columns], b[:, columns], e[:, columns]
         # where a coefficient is zero some of the starts do not exist: they become NaN, and so does an equation 0 = 0
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             # the solutions stay the same, and thresholds become relative
-            size = np.max(np.abs(part), axis=0)
-            solutions[:, :, columns] = _chunk(*(coefficient / size for coefficient in part), least, most)
+            size = np.max(np.abs([linear, square, constant]), axis=0)
+            solutions[:, :, columns] = _chunk(linear / size, square / size, constant / size, least, most)
     return solutions
 
 
@@ -77,12 +77,14 @@ def _starts_by_elimination(a: Float, b: Float, e: Float, least: float, most: flo
     ends = np.stack([bottom, first, last, top])
     repeated = np.repeat(quartic[:, None], 3, axis=1).reshape(5, -1)
     x = bracketed_zero(repeated, ends[:-1].ravel(), ends[1:].ravel()).reshape(3, -1)
-    return np.stack([x, (e[1] - b[1] * x**2) / a[1]])
+    starts: Float = np.stack([x, (e[1] - b[1] * x**2) / a[1]])
+    return starts
 
 
 def _starts_without_linear_terms(b: Float, e: Float) -> Float:
     """Return the solution for a0 = a1 = 0, (2, 1, N)."""
-    return np.sqrt(np.stack([e[1] / b[1], e[0] / b[0]]))[:, None]
+    start: Float = np.sqrt(np.stack([e[1] / b[1], e[0] / b[0]]))
+    return start[:, None]
 
 
 def _polish(a: Float, b: Float, e: Float, x: Float, y: Float) -> tuple[Float, Float]:

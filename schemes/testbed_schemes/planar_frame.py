@@ -14,6 +14,9 @@ from testbed.geometry.vectors import Float, cross, dot, norm, quadratic_form, ta
 #: Sine of the angle below which two directions count as parallel: a direction made from their difference has lost half
 #: of its digits there, and more below.
 PARALLEL = 1e-8
+#: Turning angle, and curvature times length, below which an edge is straight: the rounding noise of a plane whose
+#: coordinates are a hundred thousand times the edge.
+STRAIGHT = 1e-10
 
 
 def edge_normals(edges: EdgeData) -> tuple[Float, Float]:

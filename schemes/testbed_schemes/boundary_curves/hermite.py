@@ -23,6 +23,7 @@ from testbed.geometry.vectors import Bool, Float
 from testbed.scheme import Data
 from testbed_schemes.crossed_parabolas import positive_solutions
 from testbed_schemes.planar_frame import (
+    STRAIGHT,
     PlanarFrame,
     curve_from_legs,
     edge_normals,
@@ -32,9 +33,6 @@ from testbed_schemes.planar_frame import (
     plane_curvatures,
 )
 
-#: Turning angle and curvature times length below which an edge is straight and every leg matches its data: the rounding
-#: noise of a plane with coordinates a hundred thousand times the edge.
-STRAIGHT = 1e-10
 #: Two solutions of this difference in uniformity are equally uniform.
 TIE = 1e-9
 
@@ -82,11 +80,12 @@ class Hermite(BoundaryCurve):
         turn, offsets = planar_coefficients(frame)
         bends = 1.5 * plane_curvatures(frame, edge_normals(edges), edge_second_forms(edges)) * frame.length
         solutions = positive_solutions(np.stack([turn, turn]), bends[::-1], offsets[::-1], *self.guard)
+        # every leg matches straight data
         straight = np.max(np.abs([turn, *offsets, *bends]), axis=0) <= STRAIGHT
-        legs = np.where(
-            straight, 1.0 / 3.0, self._choice(solutions, frame.components(frame.t0).T, frame.components(frame.t1).T)
-        )
-        return legs, np.isfinite(legs).all(axis=0)
+        chosen = self._choice(solutions, frame.components(frame.t0).T, frame.components(frame.t1).T)
+        legs: Float = np.where(straight, 1.0 / 3.0, chosen)
+        solved: Bool = np.isfinite(legs).all(axis=0)
+        return legs, solved
 
     def _choice(self, solutions: Float, t0: Float, t1: Float) -> Float:
         """One solution of each edge, (2, E), from all, (2, 4, E); NaN where there is none."""
