@@ -1,0 +1,81 @@
+"""The cubic interpolant (Mann 1992, chapter 3): one cubic Bezier triangle a face.
+
+Matches position, normal and second fundamental form at the three corners, as far as the boundary curves do; neighbours
+share these, so the surface is C0. The centre is where three planes meet, one a corner. Formulas: as printed, in the
+signs of the thesis's section 1.2, which are ours.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.boundary import BoundaryCurve
+from testbed.geometry.bezier import BezierTriangles
+from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.nets import CENTRE, boundary_net, corner_legs
+from testbed.geometry.surface import Surface
+from testbed.geometry.vectors import Float, Int, dot
+from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed_schemes.boundary_curves.hermite import Hermite
+from testbed_schemes.quadratic_precision import quadratic_precision_centre
+
+#: Singular values of the three normals below this, relative to the largest, count as zero: half of the digits, so that
+#: the tangential place of the centre keeps the other half. Normals of a smooth surface have singular values of order 1,
+#: h, h (h, h^2 on parabolic lines): a larger cut-off would in the end drop them on every fine mesh, and with them the
+#: order of convergence.
+CUTOFF = 1e-8
+
+
+@dataclass(frozen=True)
+class CubicInterpolant(Scheme):
+    """Cubic interpolant.
+
+    Parameters
+    ----------
+    boundary
+        Curve construction on the mesh edges; geometric Hermite cubics match the normal curvature of the data, where one
+        exists (the notes count where not).
+    """
+
+    boundary: BoundaryCurve = Hermite()
+
+    name = "cubic-interpolant"
+    title = "Cubic interpolant"
+    reference = "Mann 1992, section 3.2"
+    needs = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
+    matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
+    continuity = Continuity.C0
+    order = 5  # conjectured in section 3.4
+    reproduces = (Shape.PLANES,)
+
+    def construct(self, mesh: HermiteMesh) -> Surface:
+        """Return the cubic triangles; counts faces whose three planes do not meet in a point."""
+        curves = self.boundary.network(mesh)
+        net = boundary_net(curves)
+        net[:, CENTRE], rank = centre_points(mesh, net)
+        singular = int((rank < 3).sum())
+        notes = {**curves.notes, "singular centres": singular} if singular else curves.notes
+        return Surface.over_faces(mesh, BezierTriangles(net), notes)
+
+
+def centre_points(mesh: HermiteMesh, net: Float) -> tuple[Float, Int]:
+    """P111 from the mixed partials at the corners (3.4): <P111 - V, n> = -3/2 II(u, v), u and v the net's legs there.
+
+    The three planes are solved by singular value decomposition about the point of quadratic precision: where they are
+    parallel or meet in a line, the solution next to that point is taken.
+
+    Returns
+    -------
+    centres
+        (F, 3).
+    rank
+        (F,) of the three planes; below 3 the mixed partials are matched as nearly as possible, in least squares.
+    """
+    vertex, leg_u, leg_v = corner_legs(net)
+    normals = mesh.corner_normals()
+    guess = quadratic_precision_centre(net)
+    heights = dot(vertex - guess[:, None], normals) - 1.5 * mesh.second_form(leg_u, leg_v)
+    left, size, right = np.linalg.svd(normals)
+    kept = size > CUTOFF * size[:, :1]
+    components = np.einsum("fji,fj->fi", left, heights) / np.where(kept, size, np.inf)
+    return guess + np.einsum("fij,fi->fj", right, components), kept.sum(axis=1)
