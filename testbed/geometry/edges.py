@@ -143,7 +143,7 @@ def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int]) -> PatchEdges:
         Two patch sides run between the same corner ids in the same direction: three patches on an edge, or two of
         opposite orientation.
     """
-    rows = []
+    rows = [np.empty((6, 0), dtype=np.int64)]
     for index, (ids, face) in enumerate(zip(corner_ids, faces, strict=True)):
         patch, side = np.indices(ids.shape)
         part, mesh_face = np.full_like(ids, index), np.broadcast_to(face[:, None], ids.shape)

@@ -91,11 +91,18 @@ def read_scene(path: Path) -> list[tuple[Float, Any]]:
         scene = trimesh.load_scene(str(path), process=False)
         placed = [(scene.graph[node][0], scene.geometry[scene.graph[node][1]]) for node in scene.graph.nodes_geometry]
         meshes = [item for item in placed if isinstance(item[1], trimesh.Trimesh) and len(item[1].faces)]
+    except ImportError as error:
+        raise MeshError(
+            f"{path} cannot be read as a mesh: check that the file is complete, or install {error.name}, which "
+            "trimesh asks for"
+        ) from error
     except Exception as error:  # the readers raise whatever they stumble on
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise MeshError(f"{path} cannot be read as a mesh ({reason}): check that the file is complete") from error
     if not meshes:
-        raise MeshError(f"{path} holds no faces: give a file with a mesh, not with points or curves only")
+        raise MeshError(
+            f"{path} holds no faces: check that the file is complete, with a mesh and not points or curves only"
+        )
     return meshes
 
 

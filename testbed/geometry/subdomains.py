@@ -11,8 +11,8 @@ from testbed.geometry.domain import CORNERS
 from testbed.geometry.jets import Jet
 from testbed.geometry.vectors import Bool, Float
 
-#: Newton steps for the inverse of a bilinear map; from the centre of a convex quadrilateral it has long converged.
-BILINEAR_STEPS = 12
+#: Newton steps after the closed form of the inverse of a bilinear map, against cancellation in it.
+POLISHING = 2
 
 
 def to_face(corners: Float, at: Float) -> Float:
@@ -38,14 +38,35 @@ def derivative(corners: Float, at: Float) -> Float:
 
 
 def from_face(corners: Float, at: Float) -> Float:
-    """Patch parameters (..., 2) of face parameters ``at`` (..., 2)."""
-    steps = 1 if corners.shape[-2] == 3 else BILINEAR_STEPS
-    place = np.broadcast_to(
-        0.0 if corners.shape[-2] == 3 else 0.5, np.broadcast_shapes(corners[..., 0, :].shape, at.shape)
-    )
-    for _ in range(steps):
-        place = place + solve(derivative(corners, place), at - to_face(corners, place))
+    """Patch parameters (..., 2) of face parameters ``at`` (..., 2); NaN where there are none."""
+    if corners.shape[-2] == 3:
+        return solve(derivative(corners, at), at - corners[..., 0, :])
+    with np.errstate(invalid="ignore", divide="ignore"):  # outside of the patch there may be no solution
+        place = bilinear_inverse(corners, at)
+        for _ in range(POLISHING):
+            place = place + solve(derivative(corners, place), at - to_face(corners, place))
     return place
+
+
+def bilinear_inverse(corners: Float, at: Float) -> Float:
+    """Parameters (..., 2) of points in convex quadrilaterals, counterclockwise, from the quadratic equation for u.
+
+    With d = at - p0, legs e and g at p0, and twist h, d = u e + v g + u v h, so that (d - u e) x (g + u h) = 0; of the
+    two roots, the one with positive Jacobian (e + v h) x (g + u h).
+    """
+    p0, p1, p2, p3 = (corners[..., i, :] for i in range(4))
+    d, e, g, h = at - p0, p1 - p0, p3 - p0, p0 - p1 + p2 - p3
+    a, b, c = -_area(e, h), _area(d, h) - _area(e, g), _area(d, g)
+    root = np.sqrt(b * b - 4.0 * a * c)
+    u = np.where(b < 0.0, 2.0 * c / (root - b), -(b + root) / (2.0 * a))[..., None]
+    along = g + u * h
+    v = ((d - u * e) * along).sum(axis=-1, keepdims=True) / (along * along).sum(axis=-1, keepdims=True)
+    return np.concatenate([u, v], axis=-1)
+
+
+def _area(a: Float, b: Float) -> Float:
+    product: Float = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
 
 
 def solve(matrix: Float, right: Float) -> Float:

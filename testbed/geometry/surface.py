@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from testbed.errors import PluginError
 from testbed.geometry.domain import CORNERS, side_points
 from testbed.geometry.edges import PatchEdges, PatchSides, patch_edges
 from testbed.geometry.jets import ROWS, Jet
@@ -41,6 +42,13 @@ class Part:
     corner_ids: Int
     faces: Int
     corners_in_face: Float
+
+    def __post_init__(self) -> None:
+        count, sides = len(self.batch), self.batch.sides
+        shapes = {"corner_ids": (count, sides), "faces": (count,), "corners_in_face": (count, sides, 2)}
+        for name, shape in shapes.items():
+            if (found := getattr(self, name).shape) != shape:
+                raise PluginError(f"{name} has shape {found} for {count} patches of {sides} sides: give {shape}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,11 +201,12 @@ class Surface:
     @cached_property
     def _patches_by_face(self) -> tuple[Int, Int, Int]:
         """Part and patch of all patches ordered by mesh face, and (F + 1,) where each face's begin."""
-        faces = np.concatenate([part.faces for part in self.parts])
-        part = np.repeat(np.arange(len(self.parts)), [len(part.faces) for part in self.parts])
-        patch = np.concatenate([np.arange(len(part.faces)) for part in self.parts])
+        rows = [np.empty((3, 0), dtype=np.int64)]
+        for index, part in enumerate(self.parts):
+            rows.append(np.stack([part.faces, np.full_like(part.faces, index), np.arange(len(part.faces))]))
+        faces, part_of, patch_of = np.concatenate(rows, axis=1)
         order = np.argsort(faces, kind="stable")
-        return part[order], patch[order], np.searchsorted(faces[order], np.arange(len(self.mesh.faces) + 1))
+        return part_of[order], patch_of[order], np.searchsorted(faces[order], np.arange(len(self.mesh.faces) + 1))
 
     def _sub_patches(self, face: Int, at: Float) -> tuple[Int, Int, Float]:
         """Part, patch and patch parameters (N,), (N,), (N, 2) of points ``at`` (N, 2) of mesh faces."""

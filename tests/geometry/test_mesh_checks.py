@@ -143,7 +143,7 @@ def test_a_vertex_with_two_rings_or_fans_is_named(one: Data, other: Data, seed: 
     HermiteMesh(points, faces)  # two components are fine
     rename = np.insert(len(one["points"]) + np.arange(len(other["points"]) - 1), joined, vertex)
     points = np.delete(points, len(one["points"]) + joined, axis=0)
-    faces = np.concatenate([one["faces"], rename[other["faces"]]])
+    faces = np.array([*one["faces"], *rename[other["faces"]]])
     message = refusal(points=points, faces=faces)
     assert message.startswith(f"vertex {vertex} is not manifold, its faces make 2 separate")
     first = np.flatnonzero((one["faces"] == vertex).any(axis=1))[0]
@@ -202,7 +202,7 @@ def test_a_quadrilateral_that_is_not_convex_is_refused_at_the_vertex() -> None:
 
 
 def test_a_twisted_quadrilateral_is_taken() -> None:
-    HermiteMesh(SQUARE + [[0, 0, 1.0], [0, 0, -1], [0, 0, 1], [0, 0, -1]], [[0, 1, 2, 3]])
+    HermiteMesh(SQUARE + np.array([[0, 0, 1], [0, 0, -1], [0, 0, 1], [0, 0, -1]]), [[0, 1, 2, 3]])
 
 
 @quick
