@@ -84,7 +84,7 @@ class Hermite(BoundaryCurve):
         straight = np.max(np.abs([turn, *offsets, *bends]), axis=0) <= STRAIGHT
         chosen = self._choice(solutions, frame.components(frame.t0).T, frame.components(frame.t1).T)
         legs: Float = np.where(straight, 1.0 / 3.0, chosen)
-        solved: Bool = np.isfinite(legs).all(axis=0)
+        solved: Bool = np.logical_and(*np.isfinite(legs))
         return legs, solved
 
     def _choice(self, solutions: Float, t0: Float, t1: Float) -> Float:
