@@ -29,7 +29,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm, tangential, unit
 from testbed.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import PARALLEL, edge_normals, projected_tangents
-from testbed_schemes.side_vertex import CORNER_MARGIN, hermite, hermite_derivative, side_vertex_blend
+from testbed_schemes.side_vertex import CORNER_MARGIN, hermite_derivative, hermite_deviation, side_vertex_blend
 
 Tangents: TypeAlias = Literal["chord", "circular"]
 
@@ -86,39 +86,39 @@ def nielson_patch(
 ) -> Float:
     """Points (..., 3) of the patch from vertices and normals (..., 3, 3) and its corner tangents (..., 3, 2, 3)."""
 
-    def patch(i: int, s: Float, r: Float) -> Float:
+    def deviation(i: int, r: Float, rest: Float, s: Float, rest_s: Float) -> Float:
         j, k = (i + 1) % 3, (i + 2) % 3
-        vertex, normal = points[..., i, :], normals[..., i, :]
         side = points[..., k, :] - points[..., j, :]
         leaving, arriving = legs[..., j, 0, :], -legs[..., k, 1, :]
-        chord = hermite(points[..., j, :] - vertex, side, leaving, arriving, s)
-        normal_there = unit(side_normal(side, leaving, arriving, normals[..., j, :], normals[..., k, :], s))
-        return hermite(
-            vertex,
-            chord,
-            tangent(chord, normal, fullness, tangents),
-            tangent(chord, normal_there, fullness, tangents),
-            r,
-        )
+        # the side's point, seen from the flat side and from the vertex, and its normal
+        off_side = hermite_deviation(side, leaving, arriving, s, rest_s)
+        to_j, to_k = points[..., j, :] - points[..., i, :], points[..., k, :] - points[..., i, :]
+        chord = rest_s[..., None] * to_j + s[..., None] * to_k + off_side
+        normal = unit(side_normal(side, leaving, arriving, normals[..., j, :], normals[..., k, :], s, rest_s))
+        # the curve to it
+        start, end = (tangent(chord, n, fullness, tangents) for n in (normals[..., i, :], normal))
+        return r[..., None] * off_side + hermite_deviation(chord, start, end, r, rest)
 
-    return side_vertex_blend(patch, b0, b1, b2)
+    return side_vertex_blend(deviation, points, b0, b1, b2)
 
 
-def side_normal(side: Float, leaving: Float, arriving: Float, normal0: Float, normal1: Float, s: Float) -> Float:
+def side_normal(
+    side: Float, leaving: Float, arriving: Float, normal0: Float, normal1: Float, s: Float, rest_s: Float
+) -> Float:
     """Normals (..., 3) of g_n, not of length one: X'(s) x ((1 - s) N_j x X'(0) + s N_k x X'(1))."""
-    across0, across1 = cross(normal0, leaving), cross(normal1, arriving)
-    return cross(hermite_derivative(side, leaving, arriving, s), across0 + s[..., None] * (across1 - across0))
+    across = rest_s[..., None] * cross(normal0, leaving) + s[..., None] * cross(normal1, arriving)
+    return cross(hermite_derivative(side, leaving, arriving, s, rest_s), across)
 
 
 def tangent(chord: Float, normal: Float, fullness: float, tangents: Tangents) -> Float:
     """Tangents (..., 3) of g_v: the chord projected onto the tangent plane, made as long as ``tangents`` says."""
     projected = tangential(chord, normal)
-    length, cosine = norm(chord), norm(projected)
+    length, shadow = norm(chord), norm(projected)
     if tangents == "chord":
-        factor = fullness * length / cosine
+        factor = fullness * length / shadow
     else:
-        # t = projected / |projected|, c = |projected| / L
-        factor = 2.0 * fullness * length * length / (cosine * (length + cosine))
+        # the unit tangent is projected / shadow, and c = shadow / length
+        factor = 2.0 * fullness * length * length / (shadow * (length + shadow))
     return factor[..., None] * projected
 
 
@@ -130,7 +130,8 @@ def check_edges(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> None:
     undefined: Bool = np.asarray(~np.isfinite(t0 + t1).all(axis=1))
     refuse(mesh, undefined, "is parallel to the normal at one of its ends")
     leaving, arriving = tangent(chord, n0, fullness, tangents), tangent(chord, n1, fullness, tangents)
-    middle = side_normal(chord, leaving, arriving, n0, n1, np.full(len(chord), 0.5))
+    half = np.full(len(chord), 0.5)
+    middle = side_normal(chord, leaving, arriving, n0, n1, half, half)
     vanishes: Bool = np.asarray(~(norm(middle) > PARALLEL * length**2))
     refuse(mesh, vanishes, "has no normal half-way, where those of its ends cancel out")
 

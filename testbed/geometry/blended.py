@@ -56,7 +56,7 @@ class BlendedTriangles(PatchBatch):
     data: Mapping[str, Float]
     corner_points: Float
     corner_tangents: Float
-    corner_margin: float = 1e-4
+    corner_margin: float = 1e-6
 
     sides: ClassVar[int] = 3
 
