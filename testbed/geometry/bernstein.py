@@ -25,7 +25,7 @@ def point_count(degree: int) -> int:
 
 def triangle_degree(count: int) -> int:
     """Degree of a triangle with ``count`` control points; ValueError if no degree has that many."""
-    degree = (math.isqrt(8 * count + 1) - 3) // 2
+    degree = (math.isqrt(8 * max(count, 0) + 1) - 3) // 2
     if count < 1 or point_count(degree) != count:
         raise ValueError(f"a Bezier triangle has 1, 3, 6, 10, 15, ... control points, not {count}")
     return degree
@@ -230,7 +230,7 @@ def reparametrise_triangle(net: Float, corners: Float) -> Float:
 def subdivide_triangle(net: Float, at: Float | None = None) -> Float:
     """Split triangles (..., n, dim) at an inner point into three, (..., 3, n, dim).
 
-    Piece i has the corners i + 1, i + 2 and the point; ``at`` (..., 3) is barycentric, the centroid by default. The sides
+    Piece i has the corners i + 1, i + 2 and the point ``at`` (..., 3), barycentric, the centroid by default. The sides
     of the whole are kept to the last bit, and pieces share the points of their common sides to the last bit.
     """
     point = np.full(3, 1.0 / 3.0) if at is None else np.asarray(at, dtype=np.float64)

@@ -16,8 +16,11 @@ from testbed.geometry.vectors import Bool, Float, Int, as_float
 
 
 def _frozen(values: Any) -> Float:
-    array: Float = as_float(values).view()
-    array.flags.writeable = False
+    """Read-only float64 array: a copy, unless nobody can write to the values anyway."""
+    array = as_float(values)
+    if array.flags.writeable:
+        array = array.copy()
+        array.flags.writeable = False
     return array
 
 

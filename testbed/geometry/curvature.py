@@ -23,24 +23,33 @@ class Analysis:
         Unit normals, (..., 3).
     gauss, mean
         Gaussian curvature and mean of the principal curvatures, (...).
+    area
+        Area element |f_u x f_v|, (...).
     """
 
     normal: Float
     gauss: Float
     mean: Float
+    area: Float
+
+
+# a singular point is 0/0 and comes out as NaN, as promised; far out of scale, infinities turn to NaN as well
+_expected = np.errstate(invalid="ignore", divide="ignore", over="ignore")
 
 
 def _forms(jet: Jet) -> tuple[Float, Float, tuple[Float, Float, Float]]:
-    """Return the unit normal n, the area A = |f_u x f_v|, and L, M, N divided by A."""
+    """Return the unit normal n, the area A = |f_u x f_v|, and L, M, N divided by A.
+
+    Divided before they meet: products of areas leave the range of floats on very small patches.
+    """
     n = cross(jet.fu, jet.fv)
     area = np.sqrt(dot(n, n))
-    with np.errstate(invalid="ignore", divide="ignore"):  # a singular point is NaN, as promised
-        n /= area[..., None]
-        # divided by the area before they meet: squares of areas leave the range of floats on very small patches
-        scale = -1.0 / area
-        return n, area, (dot(jet.fuu, n) * scale, dot(jet.fuv, n) * scale, dot(jet.fvv, n) * scale)
+    n /= area[..., None]
+    scale = -1.0 / area
+    return n, area, (dot(jet.fuu, n) * scale, dot(jet.fuv, n) * scale, dot(jet.fvv, n) * scale)
 
 
+@_expected
 def analyse(jet: Jet) -> Analysis:
     """Return unit normal, Gaussian and mean curvature of a jet of order 2, with nothing computed twice.
 
@@ -48,15 +57,15 @@ def analyse(jet: Jet) -> Analysis:
     """
     n, area, (L, M, N) = _forms(jet)
     E, F, G = jet.first_form
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return Analysis(n, L * N - M * M, (E * N - 2.0 * F * M + G * L) / (2.0 * area))
+    return Analysis(n, L * N - M * M, (E * N - 2.0 * F * M + G * L) / (2.0 * area), area)
 
 
+@_expected
 def gauss(jet: Jet) -> Float:
     """Gaussian curvature, (...)."""
     _, _, (L, M, N) = _forms(jet)
-    with np.errstate(invalid="ignore"):
-        return L * N - M * M
+    K: Float = L * N - M * M
+    return K
 
 
 def mean(jet: Jet) -> Float:
@@ -64,6 +73,7 @@ def mean(jet: Jet) -> Float:
     return analyse(jet).mean
 
 
+@_expected
 def principal(jet: Jet) -> tuple[Float, Float]:
     """Principal curvatures (k_max, k_min), (...) each.
 
@@ -72,25 +82,22 @@ def principal(jet: Jet) -> tuple[Float, Float]:
     """
     _, area, (L, M, N) = _forms(jet)
     E, F, _ = jet.first_form
-    with np.errstate(invalid="ignore", divide="ignore"):
-        # frame e1 = f_u / |f_u|, e2 = n x e1: f_v = (F e1 + A e2) / |f_u|
-        slope = F / E
-        first = L * (area / E)
-        mixed = M - slope * L
-        second = (N - slope * (2.0 * M - slope * L)) * (E / area)
-        middle, radius = 0.5 * (first + second), np.hypot(0.5 * (first - second), mixed)
-        return middle + radius, middle - radius
+    # frame e1 = f_u / |f_u|, e2 = n x e1: f_v = (F e1 + A e2) / |f_u|
+    slope = F / E
+    first = L * (area / E)
+    mixed = M - slope * L
+    second = (N - slope * (2.0 * M - slope * L)) * (E / area)
+    middle, radius = 0.5 * (first + second), np.hypot(0.5 * (first - second), mixed)
+    return middle + radius, middle - radius
 
 
+@_expected
 def second_form_matrix(jet: Jet) -> Float:
     """Second fundamental form in space: the symmetric W (..., 3, 3) with W n = 0 and II(u, v) = u . W v."""
     n, area, (L, M, N) = _forms(jet)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        # dual basis of the tangent plane: <a, f_u> = 1, <a, f_v> = 0 and the other way round
-        a, b = cross(jet.fv, n) / area[..., None], cross(n, jet.fu) / area[..., None]
-        # L, M, N come divided by the area
-        La, Lb = (L * area)[..., None], (N * area)[..., None]
-        Mm = (M * area)[..., None]
-        along_a, along_b = La * a + Mm * b, Mm * a + Lb * b
-        W: Float = a[..., :, None] * along_a[..., None, :] + b[..., :, None] * along_b[..., None, :]
-        return 0.5 * (W + W.swapaxes(-1, -2))
+    # dual basis of the tangent plane: <a, f_u> = 1, <a, f_v> = 0 and the other way round
+    a, b = cross(jet.fv, n) / area[..., None], cross(n, jet.fu) / area[..., None]
+    L, M, N = ((area * form)[..., None] for form in (L, M, N))
+    along_a, along_b = L * a + M * b, M * a + N * b
+    W: Float = a[..., :, None] * along_a[..., None, :] + b[..., :, None] * along_b[..., None, :]
+    return 0.5 * (W + W.swapaxes(-1, -2))

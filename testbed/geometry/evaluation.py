@@ -7,6 +7,7 @@ Points of their own for each patch: the de Casteljau algorithm, element by eleme
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,26 +17,19 @@ from testbed.geometry.vectors import Float
 
 # Whole blocks of every OpenBLAS kernel for x86-64, from SSE2 to AVX-512, on one thread and on two.
 _BLOCK = 16
+# Tables for at most so many points are remembered: a batch is evaluated chunk by chunk at the same points.
+_REMEMBERED = 1024
 # Points at a time where patches have points of their own: a few nets' worth of them stays in the cache.
 _RUN = 1024
-# Points at a time where a table is shared: their jets stay in the cache until they are read.
-_SHARED_RUN = 50_000
 #: Orders of the derivatives along (u, v) in the rows of a jet.
 PARTIALS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-
-
-def runs(patches: int, samples: int) -> Iterator[slice]:
-    """Yield slices of a batch of patches, each so short that its second-order jets at the samples stay in the cache."""
-    step = max(1, _SHARED_RUN // max(1, samples))
-    for start in range(0, patches, step):
-        yield slice(start, min(start + step, patches))
 
 
 def apply_table(table: Float, nets: Float) -> Float:
     """Multiply a table (rows, S, n) with nets (P, n, dim).
 
     Returns a view (rows, P, S, dim) of memory in which the patches are contiguous, one component after the other. Large
-    results are bound by memory: evaluate some hundred patches at a time (see :func:`runs`).
+    results are bound by memory: with some hundred patches at a time they are still in the cache when they are read.
     """
     rows, samples, n = table.shape
     patches, _, dim = nets.shape
@@ -55,11 +49,30 @@ def _blocks(count: int) -> int:
     return whole + _BLOCK if whole and whole % 256 == 0 else whole
 
 
+def _table(degrees: tuple[int] | tuple[int, int], order: int, at: Float) -> Float:
+    """Table (rows, S, n) of triangles (one degree) or tensor-product patches (two) at points (S, 2)."""
+    tabulate = _tabulate if len(at) <= _REMEMBERED else _tabulate.__wrapped__
+    return tabulate(degrees, order, np.asarray(at, dtype=np.float64).tobytes())
+
+
+@lru_cache(maxsize=16)
+def _tabulate(degrees: tuple[int] | tuple[int, int], order: int, points: bytes) -> Float:
+    """Tabulate at points given by their bytes, so that equal points find the table made before."""
+    at = np.frombuffer(points).reshape(-1, 2)
+    if len(degrees) == 1:
+        table = np.ascontiguousarray(triangle_tables(degrees[0], at, order))
+    else:
+        table = tensor_tables(degrees, at, order)
+        table = table.reshape(*table.shape[:2], table.shape[2] * table.shape[3])
+    table.flags.writeable = False
+    return table
+
+
 def triangle_jets(nets: Float, at: Float, order: int) -> Float:
     """Jets of triangles (P, n, dim) at (S, 2), or at each patch's own points (P, S, 2), to (rows, P, S, dim)."""
     degree = triangle_degree(nets.shape[1])
     if at.ndim == 2:
-        return apply_table(triangle_tables(degree, at, order), nets)
+        return apply_table(_table((degree,), order, at), nets)
     result = np.zeros((ROWS[order], nets.shape[-1], *at.shape[:2]))
     with np.errstate(invalid="ignore", over="ignore"):
         for patches, net, (u, v) in _planar(nets, at):
@@ -91,8 +104,7 @@ def tensor_jets(nets: Float, at: Float, order: int) -> Float:
     """Jets of tensor-product patches (P, m + 1, n + 1, dim) at (S, 2) or (P, S, 2), to (rows, P, S, dim)."""
     m, n = nets.shape[1] - 1, nets.shape[2] - 1
     if at.ndim == 2:
-        table = tensor_tables((m, n), at, order)
-        return apply_table(table.reshape(*table.shape[:2], -1), nets.reshape(len(nets), -1, nets.shape[-1]))
+        return apply_table(_table((m, n), order, at), nets.reshape(len(nets), (m + 1) * (n + 1), nets.shape[-1]))
     result = np.zeros((ROWS[order], nets.shape[-1], *at.shape[:2]))
     with np.errstate(invalid="ignore", over="ignore"):
         for patches, net, (u, v) in _planar(nets, at):
@@ -125,12 +137,13 @@ def project(homogeneous: Float) -> Float:
     """Jets (rows, ..., 4) in homogeneous coordinates (w f, w) to jets (rows, ..., 3) of f, by the quotient rule."""
     a, w = homogeneous[..., :3], homogeneous[..., 3:]
     f = np.empty_like(a)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # a vanishing denominator is NaN or infinite
-        f[0] = a[0] / w[0]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # a vanishing denominator is not finite
+        inverse = 1.0 / w[0]
+        f[0] = a[0] * inverse
         if len(a) >= 3:
             for r in (1, 2):
-                f[r] = (a[r] - w[r] * f[0]) / w[0]
+                f[r] = (a[r] - w[r] * f[0]) * inverse
         if len(a) == 6:
             for row, (r, s) in zip((3, 4, 5), ((1, 1), (1, 2), (2, 2)), strict=True):
-                f[row] = (a[row] - w[r] * f[s] - w[s] * f[r] - w[row] * f[0]) / w[0]
+                f[row] = (a[row] - w[r] * f[s] - w[s] * f[r] - w[row] * f[0]) * inverse
     return f
