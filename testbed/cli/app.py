@@ -1,0 +1,170 @@
+"""Commands, their options and their help; exit codes: 0 all cells ok or refused, 1 some failed, 2 bad usage."""
+
+import os
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="testbed",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help=(
+        "Compare surface interpolation schemes: convergence order, curvature extremes and normal jumps, measured.\n\n"
+        "[dim]Examples:[/dim]  testbed run  |  testbed run -s nielson -d torus --levels 0:2  |  testbed info nielson"
+    ),
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
+Schemes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-s", "--scheme", metavar="SCHEME", help="A scheme, as name or name[field=value,...]; may be repeated."
+    ),
+]
+Datasets = Annotated[
+    list[str] | None,
+    typer.Option("-d", "--dataset", metavar="DATASET", help="A dataset, as name[field=value,...] or mesh:PATH."),
+]
+Levels = Annotated[
+    str | None,
+    typer.Option("--levels", metavar="A:B", help="Levels A to B, both included. Default: each dataset's own."),
+]
+Directory = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where the results are kept.")]
+
+
+@app.callback()
+def options(
+    *,
+    show_traceback: Annotated[
+        bool, typer.Option("--traceback", help="Show where an error was raised, with any command.")
+    ] = False,
+) -> None:
+    """Take the options that stand before the command; ``main`` looks for them itself, wherever they stand."""
+    del show_traceback
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed run -s 'shirman-sequin[boundary=hermite]' -s nielson -d torus -o out")
+def run(
+    *,
+    schemes: Schemes = None,
+    datasets: Datasets = None,
+    levels: Levels = None,
+    jobs: Annotated[
+        int | None, typer.Option("-j", "--jobs", min=1, metavar="N", help="Worker processes. Default: one a processor.")
+    ] = None,
+    output: Directory = Path("results"),
+    timeout: Annotated[float, typer.Option(min=0.001, metavar="SECONDS", help="What a cell may take.")] = 300.0,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cells again.")] = False,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Write results.parquet too.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Compute schemes x datasets x levels, and write tables and a page. Without options: everything.
+
+    What was computed before with the same sources is reused, so an interrupted run goes on where it was.
+    """
+    from testbed.cli.running import run_command
+
+    raise typer.Exit(
+        run_command(
+            schemes,
+            datasets,
+            levels,
+            jobs,
+            output,
+            timeout,
+            retry_failed=retry_failed,
+            parquet=parquet,
+            as_json=as_json,
+        )
+    )
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed plan -d torus --levels 0:5")
+def plan(
+    *,
+    schemes: Schemes = None,
+    datasets: Datasets = None,
+    levels: Levels = None,
+    output: Directory = Path("results"),
+    as_json: Json = False,
+) -> None:
+    """Show what a run would compute, what it would reuse, and what will be refused, without computing it."""
+    from testbed.cli.running import plan_command
+
+    plan_command(schemes, datasets, levels, output, as_json=as_json)
+
+
+@app.command("list", epilog="[dim]Example:[/dim]  testbed list schemes")
+def list_plugins(
+    kind: Annotated[
+        str | None, typer.Argument(metavar="[KIND]", help="schemes, curves, datasets, measures or reports; else all.")
+    ] = None,
+    *,
+    as_json: Json = False,
+) -> None:
+    """List what is registered, and what could not be imported."""
+    from testbed.cli.listing import list_command
+
+    list_command(kind, as_json=as_json)
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed info shirman-sequin")
+def info(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="A scheme, boundary curve, dataset, measure or report.")],
+    *,
+    as_json: Json = False,
+) -> None:
+    """Tell what a plugin is: citation, claims, parameters with their defaults, and its documentation."""
+    from testbed.cli.listing import info_command
+
+    info_command(name, as_json=as_json)
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed check 'triangular-gregory[boundary=hermite]'")
+def check(
+    names: Annotated[list[str], typer.Argument(metavar="SCHEME...", help="Schemes, as name or name[field=value,...].")],
+    *,
+    as_json: Json = False,
+) -> None:
+    """Check every claim of a scheme and every property it owes; exit code 1 if one fails, with its witness."""
+    from testbed.cli.checking import check_command
+
+    raise typer.Exit(check_command(names, as_json=as_json))
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed report results")
+def report(
+    directory: Annotated[Path, typer.Argument(metavar="[DIR]", help="A directory that a run has written.")] = Path(
+        "results"
+    ),
+    *,
+    as_json: Json = False,
+) -> None:
+    """Write the reports of a finished or interrupted run again, and print its tables."""
+    from testbed.cli.running import report_command
+
+    raise typer.Exit(report_command(directory, as_json=as_json))
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    # numpy reads these when it is imported; results do not depend on the number of threads, and workers are the threads
+    for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(variable, "1")
+    from testbed.errors import TestbedError
+
+    arguments = [argument for argument in sys.argv[1:] if argument != "--traceback"]
+    try:
+        app(args=arguments, prog_name="testbed")
+    except TestbedError as error:
+        if len(arguments) < len(sys.argv) - 1:
+            traceback.print_exc()
+        print(f"testbed: {error}", file=sys.stderr)  # noqa: T201 - the command line speaks here
+        sys.exit(2)
