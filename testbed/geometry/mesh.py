@@ -60,7 +60,7 @@ class HermiteMesh:
         (V, 3) normals, scaled to length one here, or None.
     second_forms
         (V, 3, 3) symmetric matrices W with W n = 0 and II(u, v) = u . W v, positive where the surface bends away from
-        its normal, or None; needs normals.
+        its normal, or None; needs normals. Single precision is made good, worse refused.
     normals_from
         Where the normals come from: ``given``, ``file`` or ``estimated``; a remark for reports.
 

@@ -21,8 +21,10 @@ FLATNESS = 64 * float(np.finfo(np.float64).eps)
 UNIT = 8 * float(np.finfo(np.float64).eps)
 #: A sum of unit normals, weighted with angles, shorter than this has no direction left.
 CANCELLED = 1e-12
-#: Relative size of what a second form may have outside the symmetric matrices of the tangent plane.
-SECOND_FORM = 1e-8
+#: Relative size of what a second form may have outside the symmetric matrices of the tangent plane: single precision.
+#: What it has is taken away, unless it is rounding in double precision.
+SECOND_FORM = 1e-6
+EXACT = 64 * float(np.finfo(np.float64).eps)
 #: Second forms smaller than this over the longest edge count as rounding of zero.
 FLAT = 1e-4
 
@@ -233,7 +235,7 @@ def check_not_cancelled(normals: Float) -> None:
 
 
 def checked_second_forms(values: Any, normals: Float | None, vertices: int, h: float) -> Float:
-    """Return the second forms, (V, 3, 3), of a mesh with longest edge ``h``."""
+    """Return the second forms, (V, 3, 3), made exactly tangential and symmetric, of a mesh with longest edge ``h``."""
     if normals is None:
         raise MeshError("the mesh has second forms and no normals: give normals too")
     forms = checked_vectors(values, "second forms", (None, 3, 3))
@@ -241,15 +243,21 @@ def checked_second_forms(values: Any, normals: Float | None, vertices: int, h: f
     size = np.abs(forms).max(axis=(1, 2))
     if (size > LONGEST).any():
         raise MeshError(f"the second form at vertex {first(size > LONGEST)} is beyond {LONGEST:g}: scale the mesh up")
-    allowed = SECOND_FORM * np.maximum(size, FLAT / h)
-    skew = np.abs(forms - forms.transpose(0, 2, 1)).max(axis=(1, 2)) > allowed
-    if skew.any():
-        raise MeshError(f"the second form at vertex {first(skew)} is not symmetric: give W with W = W^T")
-    outside = norm(np.einsum("vij,vj->vi", forms, normals)) > allowed
-    if outside.any():
+    size = np.maximum(size, FLAT / h)
+    skew = np.abs(forms - forms.transpose(0, 2, 1)).max(axis=(1, 2)) / size
+    if (skew > SECOND_FORM).any():
+        raise MeshError(f"the second form at vertex {first(skew > SECOND_FORM)} is not symmetric: give W with W = W^T")
+    outside = norm(np.einsum("vij,vj->vi", forms, normals)) / size
+    if (outside > SECOND_FORM).any():
+        vertex = first(outside > SECOND_FORM)
         raise MeshError(
-            f"the second form at vertex {first(outside)} is not tangential: give W with W n = 0 for the normal n there"
+            f"the second form at vertex {vertex} is not tangential: give W with W n = 0 for the normal n there"
         )
+    (rough,) = np.nonzero(np.maximum(skew, outside) > EXACT)
+    n = normals[rough]
+    tangent_plane = np.eye(3) - n[:, :, None] * n[:, None, :]
+    inner = tangent_plane @ forms[rough] @ tangent_plane
+    forms[rough] = (inner + inner.transpose(0, 2, 1)) / 2.0
     return forms
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from testbed.errors import MeshError
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.vectors import Float
 
 quick = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 seeds = st.integers(0, 2**32 - 1)
@@ -241,6 +242,23 @@ def test_wrong_second_forms_are_named_at_any_scale(data: Data, seed: int, scale:
     assert refusal(**given_data, second_forms=skew).startswith(f"the second form at vertex {vertex} is not symmetric")
     message = refusal(**given_data, second_forms=normal_part)
     assert message.startswith(f"the second form at vertex {vertex} is not tangential")
+
+
+@quick
+@given(mesh_data())
+def test_second_forms_of_single_precision_are_made_tangential_and_exact_ones_kept(data: Data) -> None:
+    def taken(forms: Float) -> Float:
+        kept = HermiteMesh(data["points"], data["faces"], data["normals"], forms).second_forms
+        assert kept is not None
+        return kept
+
+    exact: Float = data["second_forms"]
+    assert np.array_equal(taken(exact), exact)
+    mended = taken(exact.astype(np.float32).astype(np.float64))
+    np.testing.assert_allclose(mended, exact, atol=1e-6)
+    normal_part: Float = mended @ data["normals"][:, :, None]
+    assert np.abs(normal_part).max() < 1e-14
+    assert np.array_equal(taken(mended), mended)
 
 
 def test_rounding_in_the_second_forms_of_a_plane_is_no_error() -> None:
