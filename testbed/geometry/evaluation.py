@@ -15,7 +15,8 @@ from testbed.geometry.bernstein import curve_tables, raised, tensor_tables, tria
 from testbed.geometry.jets import ROWS
 from testbed.geometry.vectors import Float
 
-# Whole blocks of every OpenBLAS kernel for x86-64, from SSE2 to AVX-512, on one thread and on two.
+# Whole blocks of the OpenBLAS kernels for Prescott, Nehalem, Sandybridge, Haswell, Zen and SkylakeX, on one thread and
+# on two. Rows in blocks of 8 are not enough for Nehalem on two threads.
 _BLOCK = 16
 # Tables for at most so many points are remembered: a batch is evaluated chunk by chunk at the same points.
 _REMEMBERED = 1024
