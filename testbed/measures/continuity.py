@@ -37,8 +37,9 @@ class Continuity(Measure):
     """Largest normal angle (epsilon) and position gap over all edges between patches, inner edges of split faces too.
 
     Angles are between oriented normals, by atan2: a fold reads 180 degrees, and 1e-12 degrees are not lost. Each edge
-    is sampled, its ends included; the edges with the largest samples are searched further. A surface without edges
-    between patches has nothing that could jump: its maxima are 0 and ``interior_edges`` is 0.
+    is sampled, its ends included; the edges with the largest samples are searched further, on blended patches (with a
+    corner margin) not between an end and its neighbouring sample at 0.001, where rounding of the blend would be found.
+    A surface without edges between patches has nothing that could jump: its maxima are 0 and ``interior_edges`` is 0.
 
     Parameters
     ----------
@@ -134,8 +135,9 @@ def largest(surface: Surface, edges: PatchEdges, t: Float, sampled: Float, index
     low, high = t[np.maximum(peak - 1, 0)], t[np.minimum(peak + 1, len(t) - 1)]
     if not np.isnan(value).any():
         row = np.arange(len(chosen))
-        # samples at the ends are exact; between them and the margin, normals of blended patches lose digits
         margin = max(batch.corner_margin for batch in surface.batches)
+        # samples at the ends are exact; between them and their neighbours, normals of blended patches lose digits
+        margin = max(margin, NEAR_ENDS[0]) if margin > 0.0 else 0.0
         for _ in range(ROUNDS):
             points = np.clip(low[:, None] + (high - low)[:, None] * BRACKET, margin, 1.0 - margin)
             points = grained(points)

@@ -33,11 +33,11 @@ class CurvatureExtremes(Measure):
     budget
         Samples on the whole surface, about; a patch has at least 22.
     candidates
-        Patches in which each extremum is searched for.
+        Patches in which each extremum is searched for, those with the most extreme samples.
     """
 
     budget: int = 60_000
-    candidates: int = 32
+    candidates: int = 256
 
     name: ClassVar[str] = "curvature"
     title: ClassVar[str] = "Curvature extremes"

@@ -25,11 +25,11 @@ class Distance(Measure):
     budget
         Samples on the whole surface, about; a patch has at least 22.
     candidates
-        Patches in which a maximum is searched for.
+        Patches in which each maximum is searched for, those with the largest samples.
     """
 
     budget: int = 60_000
-    candidates: int = 32
+    candidates: int = 256
 
     name: ClassVar[str] = "distance"
     title: ClassVar[str] = "Distance to the exact surface"

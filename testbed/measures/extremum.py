@@ -22,8 +22,11 @@ DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 1.0]])
 #: The search of a candidate ends when its step is below this fraction of the domain: its value is then within about the
 #: square of it, relatively, of the local maximum.
 SMALLEST_STEP = 1e-6
-#: A bound on the steps of a search, against slow walks along ridges.
+#: A bound on the rounds of a search, against slow walks along ridges.
 ROUNDS = 40
+#: Rounds for all candidates; then the best of each quantity, this many, go on to the end.
+FIRST_ROUNDS = 3
+FINALISTS = 16
 
 
 @dataclass(frozen=True)
@@ -132,19 +135,22 @@ def _refined(
     places: Sequence[Float],
 ) -> list[Extremum]:
     at, value = start.at.copy(), start.value.copy()
-    for part in range(len(surface.parts)):
-        (rows,) = np.nonzero((start.part == part) & np.isfinite(start.value))
-        if len(rows):
-            at[rows], value[rows] = climb(
-                _of_part(quantities, part, start.patch[rows], start.quantity[rows]),
-                at[rows],
-                value[rows],
-                surface.parts[part].batch.sides,
-                margins[part],
-                1.0 / np.sqrt(len(places[part])),
-            )
-    result = []
+    radius = np.array([1.0 / np.sqrt(len(where)) for where in places])[start.part]
     end = np.cumsum(counts)
+    leading = np.isfinite(value)
+    for rounds in (FIRST_ROUNDS, ROUNDS):
+        for part in range(len(surface.parts)):
+            (rows,) = np.nonzero(leading & (start.part == part))
+            if len(rows):
+                own = _of_part(quantities, part, start.patch[rows], start.quantity[rows])
+                sides = surface.parts[part].batch.sides
+                at[rows], value[rows], radius[rows] = climb(
+                    own, at[rows], value[rows], radius[rows], sides, margins[part], rounds
+                )
+        leading[:] = False
+        for first, last in zip(end - counts, end, strict=True):
+            leading[first + np.argsort(-value[first:last], kind="stable")[:FINALISTS]] = True
+    result = []
     for first, last in zip(end - counts, end, strict=True):
         # the first NaN if there is one, otherwise the first of the largest: candidates stand in the order of faces
         best = first + int(np.argmax(value[first:last])) if last > first else -1
@@ -166,8 +172,14 @@ def _of_part(quantities: Quantities, part: int, patch: Int, quantity: Int) -> Ca
 
 
 def climb(
-    values: Callable[[Int, Float], Float], at: Float, value: Float, sides: int, margin: float, radius: float
-) -> tuple[Float, Float]:
+    values: Callable[[Int, Float], Float],
+    at: Float,
+    value: Float,
+    radius: Float,
+    sides: int,
+    margin: float,
+    rounds: int = ROUNDS,
+) -> tuple[Float, Float, Float]:
     """Drive points to local maxima.
 
     Each round looks at six neighbours at distance ``radius`` and at the maxima of the parabolas along three lines and
@@ -181,24 +193,25 @@ def climb(
         ``values(rows, at)``: (n, K) at points (n, K, 2) of chosen candidates (n,); a NaN there becomes the maximum.
     at, value
         (N, 2) starting points in the domain and (N,) the values there.
+    radius
+        (N,) first step lengths.
     sides, margin
         The domain, and the corner distance to keep.
-    radius
-        First step length.
+    rounds
+        Rounds at most.
 
     Returns
     -------
-    at, value
-        (N, 2), (N,).
+    at, value, radius
+        (N, 2), (N,), (N,), to go on from.
     """
-    at, value = at.copy(), value.copy()
-    radius_of = np.full(len(at), radius)
+    at, value, radius = at.copy(), value.copy(), radius.copy()
     rows: Int = np.arange(len(at))
-    for _ in range(ROUNDS):
-        rows = rows[(radius_of[rows] > SMALLEST_STEP) & ~np.isnan(value[rows])]
+    for _ in range(rounds):
+        rows = rows[(radius[rows] > SMALLEST_STEP) & ~np.isnan(value[rows])]
         if not len(rows):
             break
-        centre, step = at[rows, None], radius_of[rows, None, None]
+        centre, step = at[rows, None], radius[rows, None, None]
         ring = move(centre, step * np.concatenate([DIRECTIONS, -DIRECTIONS]), sides, margin)
         around = values(rows, ring)
         proposed = move(centre, peaks(centre, value[rows], ring, around, step[..., 0]), sides, margin)
@@ -207,9 +220,9 @@ def climb(
         best = np.argmax(found, axis=1)
         index = np.arange(len(rows))
         at[rows], value[rows] = points[index, best], found[index, best]
-        far = np.abs(at[rows] - centre[:, 0]).max(axis=-1) >= 0.99 * radius_of[rows]
-        radius_of[rows] *= np.where(far, 1.0, 0.25)
-    return at, value
+        far = np.abs(at[rows] - centre[:, 0]).max(axis=-1) >= 0.99 * radius[rows]
+        radius[rows] *= np.where(far, 1.0, 0.25)
+    return at, value, radius
 
 
 def peaks(centre: Float, value: Float, ring: Float, around: Float, limit: Float) -> Float:
