@@ -15,7 +15,7 @@ from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import STRAIGHT, planar_coefficients, planar_frame
 
 #: Control points of a quadratic triangle beside its corners 200, 020, 002: the middles of the sides 01, 12, 20.
@@ -65,9 +65,10 @@ def tangents_meet(mesh: HermiteMesh) -> Float:
     turn, (offset0, offset1) = planar_coefficients(frame)
     straight = np.max(np.abs([turn, offset0, offset1]), axis=0) <= STRAIGHT
     with np.errstate(invalid="ignore", divide="ignore"):  # parallel tangents meet nowhere
-        d0, d1 = offset1 / turn * frame.length, offset0 / turn * frame.length
-    ahead = (d0 > 0.0) & (d1 > 0.0) & np.isfinite(d0) & np.isfinite(d1)
+        legs = np.stack([offset1, offset0]) / turn * frame.length
+    ahead = ((legs > 0.0) & np.isfinite(legs)).all(axis=0)
+    d0, d1 = np.where(ahead, legs, np.nan)
     # from both ends, so that the point is the same for the reversed edge
     meeting = (edges.p0 + d0[:, None] * frame.t0 + edges.p1 - d1[:, None] * frame.t1) / 2.0
     middle = (edges.p0 + edges.p1) / 2.0
-    return np.where(straight[:, None], middle, np.where(ahead[:, None], meeting, np.nan))
+    return np.where(straight[:, None], middle, meeting)
