@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.dataset import Dataset
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import unit
+from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved
 from testbed_datasets.octahedron import axis_octahedron
 from testbed_datasets.parameters import positive

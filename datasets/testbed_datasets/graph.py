@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.dataset import Dataset
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int
+from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved, straight
 from testbed_datasets.height_field import HeightField
 from testbed_datasets.parameters import finite

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.geometry.exact import LevelSet
-from testbed.geometry.vectors import Bool, Float, Int
+from testbed.geometry.vectors import Bool, Float, Int, norm
 
 #: Newton's method takes about five steps from a point near the surface, many along steep valleys far outside the mesh.
 MOST_STEPS = 200
 #: After a Newton step below this, relative to the coordinates, the next error is below rounding.
 LAST_STEP = 1e-9
-#: A Hessian is relied on if the ratio of its eigenvalues is above the first; else no eigenvalue's modulus is taken to be
-#: below the second times the other's.
+#: A Hessian is relied on if the ratio of its eigenvalues is above the first; else no eigenvalue's modulus is taken for
+#: less than the second times the other's.
 UNRELIABLE, SINGULAR = 1e-12, 1e-6
 #: Points projected at once, so that all that belongs to them stays in the processor's cache.
 CHUNK = 4096
@@ -146,7 +146,7 @@ class HeightField(LevelSet):
         """Factors (N,) 1, 1/4, 1/16... with which a step does not lead away from the point, rounding aside."""
 
         def distance(chosen: Int, x: Float, y: Float) -> Float:
-            return np.hypot(np.hypot(x - p[chosen, 0], y - p[chosen, 1]), self.height(x, y) - p[chosen, 2])
+            return norm(np.stack([x, y, self.height(x, y)], axis=-1) - p[chosen])
 
         factor = np.ones(len(p))
         away = np.arange(len(p))

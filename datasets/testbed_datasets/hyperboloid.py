@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.dataset import Dataset
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float
+from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved
 from testbed_datasets.parameters import positive
 from testbed_datasets.quadric import Quadric
@@ -14,7 +14,7 @@ from testbed_datasets.quadric import Quadric
 #: Steps of level 0 around the axis.
 COLUMNS = 6
 #: Heights of level 0's rows, in the parameter t of z = c sinh t.
-ROWS = np.array([-0.55, 0.05, 0.65])
+ROWS = np.array([-0.45, 0.05, 0.55])
 #: How far a row is turned against the one below, in steps around the axis for each unit of t.
 SHEAR = 0.3
 
@@ -23,7 +23,7 @@ SHEAR = 0.3
 class Hyperboloid(Dataset):
     """Hyperboloid of one sheet x^2/a^2 + y^2/b^2 - z^2/c^2 = 1 with two boundary circles: 18 vertices, 24 faces.
 
-    The surface is (a cosh t cos u, b cosh t sin u, c sinh t), -0.55 <= t <= 0.65, halved in u and t. Through every
+    The surface is (a cosh t cos u, b cosh t sin u, c sinh t), -0.45 <= t <= 0.55, halved in u and t. Through every
     point run two straight lines of the surface, |du/dt| = 1/cosh t; rows are sheared so that no edge of any level comes
     near to them: along such a line the normal curvature is zero, and geometric Hermite curves are not to be had.
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from testbed.dataset import Dataset
 from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
+from testbed.plugins.dataset import Dataset
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ from testbed.geometry.vectors import Float, Int, dot
 
 #: Enough for bisection alone to come from one to the smallest double.
 MOST_STEPS = 1100
+#: Coordinates below this count as zero, for the smallest doubles have few digits.
+NEGLIGIBLE = 1e-280
 #: A sum is zero to rounding where it is below this times the size of its terms.
 ROUNDING = 4.0 * np.finfo(np.float64).eps
 
@@ -46,50 +48,62 @@ class Quadric(LevelSet):
         """Nearest points of the whole quadric, (N, 3).
 
         With x_i = p_i / D_i, D_i = 1 + q_i t, the perpendicular at x runs through p, and x is the nearest point if all
-        D_i >= 0. There g(t) = sum q_i x_i^2 - 1 falls strictly, so the root is unique. NaN where there is none: then p
-        lies on a plane of symmetry and has two feet, or a circle of them, equally near.
+        D_i >= 0. There g(t) = sum q_i x_i^2 - 1 falls strictly, so the root is unique. Where there is none, p lies on a
+        plane of symmetry and two feet, or a circle of them, are equally near: of these, one on the first axis' positive
+        side (negative for a coordinate -0.0). NaN for coordinates that are not finite, or overflow when squared.
         """
         feet = np.full(points.shape, np.nan)
-        with np.errstate(all="ignore"):  # overflow of far points and 0/0 on symmetry planes: NaN, as promised
+        with np.errstate(all="ignore"):  # overflow of far points: NaN, as promised; 0/0 is seen to
             known = np.flatnonzero(np.isfinite(points).all(axis=1))
             p = points[known]
+            p = np.where(np.abs(p) < NEGLIGIBLE, 0.0 * p, p)
             rises = dot(self._q * p, p) > 1.0  # g(0) > 0: the root is to the right of 0
             for side in (rises, ~rises):
-                feet[known[side]] = self._one_sided(p[side], upward=bool(side is rises))
+                if side.any():
+                    feet[known[side]] = self._one_sided(p[side], upward=bool(side is rises))
         return feet
 
     def _one_sided(self, p: Float, *, upward: bool) -> Float:
-        """Feet of points whose root lies on one side of t = 0.
+        """Feet of points whose root lies on one side of t = 0, towards the nearest pole there, where one D_i is zero.
 
-        t is measured from the pole on that side, where one D_i is exactly zero, so that D keeps its relative accuracy
-        however near to the pole the root is.
+        The nearer half of the way is measured from 0, the farther from the pole, D = offset + q s in both: so every D
+        keeps its relative accuracy, however near to the pole the root is.
         """
         q = self._q
+        offset = np.ones_like(p)
         towards = q < 0.0 if upward else q > 0.0
         if towards.any():
             pole = np.flatnonzero(towards)[np.argmin(np.square(self.axes)[towards])]
-            origin, offset = -1.0 / q[pole], (q[pole] - q) / q[pole]
+            half = -0.5 / q[pole]
+            at_half = dot(q * p, p / (1.0 + q * half) ** 2) - 1.0
+            far = at_half > 0.0 if upward else at_half < 0.0
+            offset[far] = (q[pole] - q) / q[pole]
             # the terms against the pole's are bounded, for their D_i >= 1 on this side; where the pole's term alone
             # outweighs them, g has the pole's sign
             against = np.sum(np.where(q * q[pole] < 0.0, np.abs(q), 0.0) * p**2, axis=1)
             outweighed = np.maximum(against - 1.0, 1.0) if upward else against + 1.0
-            near = np.abs(p[:, pole]) * np.sqrt(np.abs(q[pole]) / outweighed) / q[pole]
-            zero = np.full(len(p), -origin)
-            low, high = (zero, near) if upward else (near, zero)
+            end = np.abs(p[:, pole]) * np.sqrt(np.abs(q[pole]) / outweighed) / q[pole]
+            start = np.where(far, -half, 0.0)
+            end = np.where(far, end, half)
         else:  # no pole on this side: an ellipsoid seen from outside, where g <= (|p|_q / (1 + t min q))^2 - 1
-            origin, offset = 0.0, np.ones(3)
-            zero = np.zeros(len(p))
-            low, high = zero, (np.sqrt(dot(q * p, p)) - 1.0) / q.min()
+            start, end = np.zeros(len(p)), (np.sqrt(dot(q * p, p)) - 1.0) / q.min()
+        low, high = (start, end) if upward else (end, start)
 
         def excess(s: Float, chosen: Int) -> tuple[Float, Float, Float]:
-            D = offset + q * s[:, None]
+            D = offset[chosen] + q * s[:, None]
             x = np.where(p[chosen] == 0.0, 0.0, p[chosen] / D)
             slope = -2.0 * np.sum(np.where(x == 0.0, 0.0, (q * x) ** 2 / D), axis=1)
             return dot(q * x, x) - 1.0, slope, 1.0 + dot(np.abs(q) * x, x)
 
-        s = falling_root(excess, low, high, zero)
+        s = falling_root(excess, low, high, start)
         x = np.where(p == 0.0, 0.0, p / (offset + q * s[:, None]))
         x[np.isnan(s)] = np.nan
+        if towards.any():
+            # at the pole itself x_pole is free, and takes what the other terms leave
+            split = np.flatnonzero(np.isnan(s) & far & (p[:, q == q[pole]] == 0.0).all(axis=1))
+            x[split] = np.where(p[split] == 0.0, 0.0, p[split] / offset[split])
+            free = np.sqrt((1.0 - dot(q * x[split], x[split])) / q[pole])
+            x[split, pole] = np.copysign(free, p[split, pole])
         # the root's rounding moves x along the gradient; one Newton step puts it back on the surface
         gradient = q * x
         foot: Float = x - gradient * ((dot(gradient, x) - 1.0) / (2.0 * dot(gradient, gradient)))[:, None]

@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from testbed.dataset import Dataset
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int, unit
+from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved
 from testbed_datasets.parameters import positive
 
@@ -22,7 +22,9 @@ class RoundSphere(ExactSurface):
 
     def closest(self, points: Float) -> Float:
         """Feet r p / |p|, (N, 3); NaN at the centre, to which every point of the sphere is as near."""
-        return self.radius * unit(points)
+        foot: Float = self.radius * unit(points)
+        foot[~np.isfinite(foot).all(axis=1)] = np.nan  # an infinite coordinate leaves the others finite
+        return foot
 
     def normal(self, points: Float) -> Float:
         """Unit normals p / |p|, (N, 3)."""

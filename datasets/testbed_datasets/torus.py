@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.dataset import Dataset
 from testbed.errors import SpecError
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float
+from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved
 from testbed_datasets.parameters import finite, positive
 
