@@ -4,8 +4,6 @@ The public names are imported when they are first used, so that ``import testbed
 """
 
 import importlib
-import sys
-import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -46,18 +44,6 @@ __all__ = [
     "measure",
     "scheme",
 ]
-
-
-class _Package(types.ModuleType):
-    """The package itself, whose functions stay functions when the submodules of the same names are imported."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        # importing testbed.scheme binds the submodule to the package's name `scheme`, where the function belongs
-        if not (name in _HOME and isinstance(value, types.ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
 
 
 def __getattr__(name: str) -> Any:

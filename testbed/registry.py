@@ -21,16 +21,16 @@ from typing import Final, TypeVar, cast
 
 import pluggy
 
-from testbed.boundary import BoundaryCurve
-from testbed.dataset import Dataset
 from testbed.errors import PluginError
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.surface import Surface
-from testbed.measure import Measure, Value, measure_all
-from testbed.plugin import Plugin
-from testbed.report import Report
-from testbed.scheme import Scheme
-from testbed.spec import parse
+from testbed.plugins.base import Plugin
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.dataset import Dataset
+from testbed.plugins.measure import Measure, Value, measure_all
+from testbed.plugins.report import Report
+from testbed.plugins.scheme import Scheme
+from testbed.plugins.spec import parse
 
 P = TypeVar("P", bound=Plugin)
 

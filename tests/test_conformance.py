@@ -14,8 +14,8 @@ from testbed.errors import Refused
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed.registry import catalogue, scheme
-from testbed.scheme import Continuity, Data, Scheme, Shape
 
 #: Claims that are published, and do not hold as they stand; strict: one that comes to hold fails the test.
 EXPECTED_FAILURES: dict[tuple[str, str], str] = {}
@@ -234,6 +234,6 @@ def test_a_scheme_that_crashes_fails_with_its_exception() -> None:
 def test_data_that_are_needed_and_missing_have_to_be_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     under_check = Subject.of(scheme("shirman-sequin"))
     assert run("refusal", under_check).status is Status.PASSED
-    monkeypatch.setattr("testbed.scheme.check_needs", lambda *_: None)
+    monkeypatch.setattr("testbed.plugins.scheme.check_needs", lambda *_: None)
     monkeypatch.setattr(type(under_check.scheme), "construct", lambda _, mesh: Honest().construct(mesh))
     assert run("refusal", under_check).status is Status.FAILED

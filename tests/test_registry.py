@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from testbed.dataset import Dataset
 from testbed.errors import PluginError, SpecError
+from testbed.plugins.dataset import Dataset
+from testbed.plugins.scheme import Scheme
 from testbed.registry import KINDS, VARIABLE, Registry, build, hookimpl, load, modules_in, scheme
-from testbed.scheme import Scheme
 
 SCHEME = """
 from dataclasses import dataclass
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 

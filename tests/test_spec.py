@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from testbed.errors import SpecError
-from testbed.plugin import Plugin
-from testbed.spec import parse
+from testbed.plugins.base import Plugin
+from testbed.plugins.spec import parse
 
 
 @dataclass(frozen=True)

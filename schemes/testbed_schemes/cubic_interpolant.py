@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.boundary import BoundaryCurve
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.nets import CENTRE, boundary_net, corner_legs
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, dot
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.quadratic_precision import quadratic_precision_centre
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm, tangential, unit
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import PARALLEL, edge_normals, projected_tangents
 from testbed_schemes.side_vertex import CORNER_MARGIN, hermite_derivative, hermite_deviation, side_vertex_blend
 

@@ -15,7 +15,7 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.nets import CENTRE, boundary_net
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import tangential
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import edge_normals
 from testbed_schemes.quadratic_precision import quadratic_precision_centre
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.boundary import BoundaryCurve
 from testbed.errors import Refused, SpecError
 from testbed.geometry.bernstein import elevate_curve
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.g1_conditions import cross_boundary_points
 from testbed_schemes.split_domain import J, K, SplitFaces, corner_neighbours, sum_near_corners

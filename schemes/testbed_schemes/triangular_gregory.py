@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from testbed.boundary import BoundaryCurve
 from testbed.errors import SpecError
 from testbed.geometry.bernstein import multi_indices, triangle_tables
 from testbed.geometry.domain import CORNERS
@@ -23,7 +22,8 @@ from testbed.geometry.nets import boundary_net, corner_legs, inner_indices
 from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import TabulatedTriangles
 from testbed.geometry.vectors import Float
-from testbed.scheme import Continuity, Data, Scheme, Shape
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.g1_conditions import cross_boundary_points
 from testbed_schemes.split_domain import J, K

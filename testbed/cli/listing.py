@@ -11,9 +11,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from testbed.errors import SpecError
-from testbed.plugin import Plugin, format_value
+from testbed.plugins.base import Plugin, format_value
+from testbed.plugins.scheme import Data, Scheme
 from testbed.registry import KINDS, load
-from testbed.scheme import Data, Scheme
 
 #: What the command line calls the kinds.
 _PLURALS = {name.rsplit(" ", 1)[-1] + "s": kind for kind, (_, name) in KINDS.items()}

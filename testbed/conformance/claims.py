@@ -11,7 +11,7 @@ from testbed.geometry.domain import CORNERS, lattice
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, angle_between, as_float, norm
 from testbed.measures.convergence import estimate_order, verdict
-from testbed.scheme import Continuity, Data, Shape
+from testbed.plugins.scheme import Continuity, Data, Shape
 
 #: Parameters of an edge at which continuity is looked at, also near its ends.
 EDGE_PARAMETERS = np.concatenate([[1e-3, 1e-2], np.arange(1, 32) / 32, [1 - 1e-2, 1 - 1e-3]])

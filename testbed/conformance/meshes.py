@@ -8,7 +8,7 @@ from numpy.polynomial import polynomial
 
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int, as_float, norm, unit
-from testbed.scheme import Shape
+from testbed.plugins.scheme import Shape
 
 #: Coefficients c[i, j] of x^i y^j of a polynomial of degree six without symmetry, with slopes below one on [-1, 1]^2.
 GENERIC = np.array(

@@ -10,7 +10,7 @@ from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, Int, norm, unit
-from testbed.scheme import Data, Scheme
+from testbed.plugins.scheme import Data, Scheme
 
 #: Positions after moving, scaling or renaming the data agree to this part of the size. Needles lose some digits.
 INVARIANCE_BOUND = 1e-9

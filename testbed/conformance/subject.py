@@ -12,7 +12,7 @@ from testbed.geometry.domain import barycentric
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, norm
-from testbed.scheme import Scheme
+from testbed.plugins.scheme import Scheme
 
 #: Parameters at which surfaces are compared: inner points, also near edges, and points on every side.
 TRIANGLE_SAMPLES = np.array(

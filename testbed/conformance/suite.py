@@ -7,7 +7,7 @@ from typing import Final
 
 from testbed.conformance import claims, properties
 from testbed.conformance.subject import Outcome, Status, Subject
-from testbed.scheme import Scheme, Shape
+from testbed.plugins.scheme import Scheme, Shape
 
 #: What is checked, in the order it is printed.
 CHECKS: Final[Mapping[str, Callable[[Subject], Outcome]]] = MappingProxyType(

@@ -10,14 +10,14 @@ from math import hypot, isnan
 from typing import Any, Final, Literal, TypeAlias
 
 from testbed import registry
-from testbed.dataset import Dataset
 from testbed.errors import MeshError, Refused, TestbedError
 from testbed.geometry.mesh import HermiteMesh
 from testbed.harness.sources import Sources
-from testbed.measure import Measure, Value, measure_all
-from testbed.plugin import Plugin
-from testbed.scheme import Scheme
-from testbed.spec import parse
+from testbed.plugins.base import Plugin
+from testbed.plugins.dataset import Dataset
+from testbed.plugins.measure import Measure, Value, measure_all
+from testbed.plugins.scheme import Scheme
+from testbed.plugins.spec import parse
 
 Status: TypeAlias = Literal["ok", "refused", "failed", "timeout"]
 

@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 from testbed import registry
-from testbed.boundary import BoundaryCurve
-from testbed.dataset import Dataset
 from testbed.errors import SpecError
 from testbed.harness import cell
 from testbed.harness.sources import Sources
 from testbed.harness.workers import Died, Returned, TimedOut, Workers
-from testbed.measure import Column, Measure
-from testbed.plugin import Plugin
-from testbed.scheme import Data, Scheme
-from testbed.spec import parse
+from testbed.plugins.base import Plugin
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.dataset import Dataset
+from testbed.plugins.measure import Column, Measure
+from testbed.plugins.scheme import Data, Scheme
+from testbed.plugins.spec import parse
 
 P = TypeVar("P", bound=Plugin)
 

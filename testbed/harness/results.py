@@ -12,8 +12,8 @@ from testbed.harness.cell import Outcome
 from testbed.harness.claims import Verdict, verdicts
 from testbed.harness.journal import read_entries, write_whole
 from testbed.harness.plan import Cell, Plan
-from testbed.measure import Column
 from testbed.measures.convergence import OrderEstimate, estimate_order, verdict
+from testbed.plugins.measure import Column
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -104,6 +104,7 @@ class _Grid:
     todo: deque[Cell]
     taken: list[Cell] = field(default_factory=list)
     running: dict[int, tuple[Cell, float]] = field(default_factory=dict)
+    changed: list[str] = field(default_factory=list)
     computed: int = 0
     shared: int = 0
 
@@ -166,6 +167,11 @@ def run(
                     _work(grid, journal, workers, progress or _silent)
         except KeyboardInterrupt:
             interrupted = True
+    if grid.changed:
+        raise TestbedError(
+            f"the source of {grid.changed[0]} changed while the run was under way, and {len(grid.changed)} of "
+            f"{len(plan.cells)} cells are not computed: run again"
+        )
     seconds = time.time() - started
     counts = _counts(grid)
     summary = RunSummary(
@@ -243,6 +249,9 @@ def _work(grid: _Grid, journal: Journal, workers: Workers, progress: Callback) -
         for result in workers.wait(TICK):
             cell, began = grid.running.pop(result.task)
             outcome = _outcome(result)
+            if isinstance(outcome, SourceChanged):
+                grid.changed.append(outcome.plugin)
+                continue
             journal.record(cell.key, (cell.scheme, cell.dataset, cell.level), outcome, began)
             grid.done[cell.key] = outcome
             grid.computed += 1
@@ -258,11 +267,9 @@ def _counts(grid: _Grid) -> dict[str, int]:
     return dict(sorted(Counter(str(outcome.status) for outcome in grid.done.values()).items()))
 
 
-def _outcome(result: WorkerOutcome) -> Outcome:
+def _outcome(result: WorkerOutcome) -> Outcome | SourceChanged:
     match result:
-        case Returned(_, SourceChanged(plugin)):
-            raise TestbedError(f"the source of {plugin} changed while the run was under way: run again")
-        case Returned(_, Outcome() as outcome):
+        case Returned(_, (Outcome() | SourceChanged()) as outcome):
             return outcome
         case TimedOut(_, seconds):
             return Outcome("timeout", f"stopped after {seconds:g} seconds", retry=True)

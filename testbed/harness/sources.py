@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Final
 
 from testbed.errors import PluginError, SpecError
-from testbed.plugin import Plugin
+from testbed.plugins.base import Plugin
 
 #: Modules, with all inside them, that cannot change a number.
 PASSIVE: Final = (
     "testbed.registry",
-    "testbed.spec",
-    "testbed.report",
+    "testbed.plugins.spec",
+    "testbed.plugins.report",
     "testbed.harness",
     "testbed.conformance",
     "testbed.cli",

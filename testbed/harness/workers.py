@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from enum import Enum, auto
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -83,6 +84,14 @@ class Died:
 Outcome: TypeAlias = Returned | TimedOut | Died
 
 
+class _Sign(Enum):
+    """What a worker says."""
+
+    READY = auto()
+    BEGUN = auto()
+    DONE = auto()
+
+
 @dataclass
 class _Slot:
     """A place for a worker: its process, the pipe to it, and the task it has."""
@@ -92,6 +101,7 @@ class _Slot:
     connection: Connection
     deadline: float
     ready: bool = False
+    begun: bool = False
     deaths: int = 0
     task: tuple[int, Function, tuple[Any, ...]] | None = None
 
@@ -192,14 +202,18 @@ class Workers:
             message = None
         if message is None:
             return self._bury(slot)
-        if not slot.ready:
-            slot.ready, slot.deaths, slot.deadline = True, 0, float("inf")
+        sign, value = message
+        if sign is _Sign.READY:
+            slot.ready, slot.deadline = True, float("inf")
             if slot.task is not None:
                 self._send(slot)
             return None
-        assert slot.task is not None  # noqa: S101 - a started worker speaks only when it is asked
-        outcome = Returned(slot.task[0], message[0])
-        slot.task, slot.deadline = None, float("inf")
+        if sign is _Sign.BEGUN:
+            slot.begun, slot.deaths = True, 0
+            return None
+        assert slot.task is not None  # noqa: S101 - a result follows a task
+        outcome = Returned(slot.task[0], value)
+        slot.task, slot.begun, slot.deadline = None, False, float("inf")
         return outcome
 
     def _bury(self, slot: _Slot) -> Outcome | None:
@@ -207,7 +221,10 @@ class Workers:
         _discard(slot)
         code = slot.process.exitcode
         log = _tail(slot.log)
-        if not slot.ready:
+        if slot.ready and slot.task is None:
+            self._replace(slot)
+            return None
+        if not slot.begun:
             if slot.deaths + 1 >= STARTUP_ATTEMPTS:
                 raise TestbedError(
                     f"worker processes end ({_ending(code)}) while they import the plugins: "
@@ -217,8 +234,7 @@ class Workers:
             return None
         task = slot.task
         self._replace(slot, keep_task=False)
-        if task is None:
-            return None
+        assert task is not None  # noqa: S101 - what has begun is a task
         return Died(
             task[0], f"the worker process ended: {_ending(code)}", log, code in (-signal.SIGKILL, -signal.SIGTERM)
         )
@@ -239,17 +255,15 @@ class Workers:
     def _replace(self, slot: _Slot, deaths: int = 0, keep_task: bool = True) -> None:
         new = _start(slot.log)
         slot.process, slot.connection, slot.deadline = new.process, new.connection, new.deadline
-        slot.ready, slot.deaths = False, deaths
+        slot.ready, slot.begun, slot.deaths = False, False, deaths
         if not keep_task:
             slot.task = None
 
     def _send(self, slot: _Slot) -> None:
         assert slot.task is not None  # noqa: S101 - callers check
         slot.deadline = time.monotonic() + self._timeout
-        try:
+        with contextlib.suppress(OSError):  # it died while idle: the task goes to its successor
             slot.connection.send(slot.task[1:])
-        except OSError:  # it died while idle: the task goes to its successor
-            slot.ready = False
 
 
 def _start(log: Path) -> _Slot:
@@ -312,16 +326,17 @@ def _serve(connection: Connection, log: str) -> None:
     import testbed.registry
 
     testbed.registry.load()
-    connection.send("ready")
+    connection.send((_Sign.READY, None))
     while True:
         try:
             function, arguments = connection.recv()
         except EOFError:
             return
+        connection.send((_Sign.BEGUN, None))
         os.ftruncate(output, 0)  # what is found in the log belongs to the task that was running
         value = function(*arguments)
         sys.stdout.flush()
-        connection.send((value,))
+        connection.send((_Sign.DONE, value))
 
 
 def _end_with_parent() -> None:

@@ -10,9 +10,9 @@ from testbed.geometry.domain import side_points
 from testbed.geometry.edges import PatchEdges
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, angle_between, norm
-from testbed.measure import Column, Measure, Survey, Value
 from testbed.measures.extremum import Extremum
 from testbed.measures.sampling import CHUNK
+from testbed.plugins.measure import Column, Measure, Survey, Value
 
 #: Fewest and most intervals between the even samples of an edge; nine make the ten of Mann 1992, section 5.3.
 INTERVALS = (9, 32)

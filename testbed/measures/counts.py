@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from testbed.measure import Column, Measure, Survey, Value
+from testbed.plugins.measure import Column, Measure, Survey, Value
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import numpy as np
 
 from testbed.geometry.curvature import analyse
 from testbed.geometry.vectors import Float, Int
-from testbed.measure import Column, Measure, Survey, Value
 from testbed.measures.extremum import maxima
 from testbed.measures.sampling import sample, samples_per_patch
+from testbed.plugins.measure import Column, Measure, Survey, Value
 
 
 def _extreme_columns(name: str, meaning: str) -> tuple[Column, ...]:

@@ -8,9 +8,9 @@ import numpy as np
 
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.vectors import Float, Int, angle_between, norm
-from testbed.measure import Column, Measure, Survey, Value
 from testbed.measures.extremum import maxima
 from testbed.measures.sampling import chunks, sample
+from testbed.plugins.measure import Column, Measure, Survey, Value
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from testbed.geometry.domain import CORNERS, corner_distance, lattice
 from testbed.geometry.patches import PatchBatch
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm
-from testbed.measure import Survey
+from testbed.plugins.measure import Survey
 
 #: Samples evaluated at once; a bound on memory, without influence on the results.
 CHUNK = 16384

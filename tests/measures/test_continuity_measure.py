@@ -9,8 +9,8 @@ from testbed.geometry.domain import CORNERS
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
 from testbed.geometry.vectors import Float
-from testbed.measure import Survey
 from testbed.measures.continuity import Continuity, edge_jumps, edge_parameters
+from testbed.plugins.measure import Survey
 
 TWO = np.array([[0, 1, 2], [1, 0, 3]])
 

@@ -11,8 +11,8 @@ from testbed.geometry.jets import Jet
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
-from testbed.measure import Survey
 from testbed.measures.curvature import CurvatureExtremes
+from testbed.plugins.measure import Survey
 
 EXTREMES = ("gauss_min", "gauss_max", "mean_min", "mean_max")
 

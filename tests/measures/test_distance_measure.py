@@ -9,8 +9,8 @@ from testbed.geometry.domain import lattice
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, norm
-from testbed.measure import Survey
 from testbed.measures.distance import Distance, deviations
+from testbed.plugins.measure import Survey
 
 
 def distances(surface: Surface, exact: ExactSurface | None, **settings: Any) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
 from testbed.geometry.vectors import Float
-from testbed.measure import Column, Measure, Survey, Value, measure_all
 from testbed.measures import sampling
+from testbed.plugins.measure import Column, Measure, Survey, Value, measure_all
 
 CONTRACT = (
     "faces",

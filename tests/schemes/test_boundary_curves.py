@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from testbed import registry
-from testbed.boundary import BoundaryCurve
 from testbed.errors import Refused, SpecError
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float, cross, dot, norm, quadratic_form, tangential, unit
+from testbed.plugins.boundary import BoundaryCurve
 from testbed_schemes.boundary_curves.circular import Circular
 from testbed_schemes.boundary_curves.hermite import Hermite, speed_variation
 from testbed_schemes.boundary_curves.optimized import Optimized, best_speeds

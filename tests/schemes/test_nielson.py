@@ -12,7 +12,7 @@ from testbed.geometry.domain import CORNERS, corner_distance, lattice
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, angle_between, cross, dot, norm, unit
-from testbed.scheme import Scheme
+from testbed.plugins.scheme import Scheme
 from testbed_datasets.icosahedron import Icosahedron
 from testbed_schemes.nielson import Nielson
 

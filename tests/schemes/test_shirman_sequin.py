@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from testbed.boundary import BoundaryCurve
 from testbed.conformance.meshes import cases, octahedron, perturbed_icosahedron, torus
 from testbed.errors import Refused, SpecError
 from testbed.geometry.bezier import BezierTriangles
@@ -16,6 +15,7 @@ from testbed.geometry.domain import CORNERS, barycentric, lattice
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, angle_between, norm, unit
+from testbed.plugins.boundary import BoundaryCurve
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.shirman_sequin import ShirmanSequin

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from testbed.boundary import BoundaryCurve
 from testbed.conformance.meshes import cases, octahedron, perturbed_icosahedron, torus
 from testbed.errors import Refused, SpecError
 from testbed.geometry.bernstein import triangle_tables
@@ -19,6 +18,7 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import TabulatedTriangles
 from testbed.geometry.vectors import Float, angle_between, norm
+from testbed.plugins.boundary import BoundaryCurve
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.triangular_gregory import CORNER_MARGIN, TriangularGregory, corner_table, gregory_basis

@@ -8,10 +8,10 @@ leg 4/3 R tan(angle / 4), middle on the circle. Formula: a fill, not from the su
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from testbed.boundary import BoundaryCurve
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Float, dot
-from testbed.scheme import Data
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Data
 from testbed_schemes.planar_frame import curve_from_legs, edge_normals, projected_tangents
 
 

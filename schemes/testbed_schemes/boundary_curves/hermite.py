@@ -16,11 +16,11 @@ from typing import Literal
 
 import numpy as np
 
-from testbed.boundary import BoundaryCurve
 from testbed.errors import SpecError
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Bool, Float
-from testbed.scheme import Data
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Data
 from testbed_schemes.crossed_parabolas import positive_solutions
 from testbed_schemes.planar_frame import (
     STRAIGHT,

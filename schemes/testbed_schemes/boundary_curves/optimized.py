@@ -19,10 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.boundary import BoundaryCurve
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Bool, Float
-from testbed.scheme import Data
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Data
 from testbed_schemes.planar_frame import (
     curve_from_legs,
     edge_normals,

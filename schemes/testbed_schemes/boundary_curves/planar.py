@@ -7,10 +7,10 @@ length, so that the Bezier legs are a third of the chord. Formulas: as printed.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from testbed.boundary import BoundaryCurve
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Float
-from testbed.scheme import Data
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Data
 from testbed_schemes.planar_frame import curve_from_legs, planar_frame
 
 

@@ -11,8 +11,8 @@ from testbed.errors import Refused
 from testbed.geometry.curves import CurveNetwork
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float
-from testbed.plugin import Plugin
-from testbed.scheme import Data, check_needs
+from testbed.plugins.base import Plugin
+from testbed.plugins.scheme import Data, check_needs
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.plugin import Plugin
+from testbed.plugins.base import Plugin
 
 
 class Data(Flag):

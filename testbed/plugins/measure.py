@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Concatenate, ParamSpec, TypeAlias, TypeVar, ca
 from testbed.errors import PluginError
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.surface import Surface
-from testbed.plugin import Plugin
+from testbed.plugins.base import Plugin
 
 #: What a cell of the results may hold.
 Value: TypeAlias = float | int | str

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Literal, Protocol, TypeVar, Union
 
 from testbed.errors import SpecError
-from testbed.plugin import Plugin
+from testbed.plugins.base import Plugin
 
 P = TypeVar("P", bound=Plugin)
 

@@ -4,7 +4,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 
-from testbed.plugin import Plugin
+from testbed.plugins.base import Plugin
 
 
 @dataclass(frozen=True)

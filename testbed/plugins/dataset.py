@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
-from testbed.plugin import Plugin
+from testbed.plugins.base import Plugin
 
 
 @dataclass(frozen=True)
