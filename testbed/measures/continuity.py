@@ -115,7 +115,9 @@ def grained(t: Float) -> Float:
 def edge_jumps(surface: Surface, edges: PatchEdges, t: Float) -> Float:
     """Return normal angles in radians and position gaps, (2, E, T), at parameters (T,) or (E, T) of edges."""
     left, right = surface.edge_jets(edges, t, 1)
-    return np.stack([angle_between(left.normal, right.normal), norm(left.f - right.f)])
+    # patches that are not finite have NaN for a jump, without a warning
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.stack([angle_between(left.normal, right.normal), norm(left.f - right.f)])
 
 
 def largest(surface: Surface, edges: PatchEdges, t: Float, sampled: Float, index: int, candidates: int) -> Extremum:

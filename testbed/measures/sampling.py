@@ -158,9 +158,11 @@ def _sample_part(batch: PatchBatch, where: SamplePoints) -> PatchSamples:
     gauss, mean = np.empty((2, patches, np.count_nonzero(where.curved)))
     for some in chunks(patches, count):
         jet = batch.take(some).jets(where.at, 2)
-        # a singular parametrisation has no normal and no curvature: NaN, which the extremes propagate
-        analysis = analyse(jet)
+        # a singular parametrisation, or a patch that is not finite, has no normal and no curvature: NaN, which the
+        # extremes propagate
+        with np.errstate(invalid="ignore", over="ignore"):
+            analysis = analyse(jet)
+            area[some] = norm(cross(jet.fu[:, :rule], jet.fv[:, :rule]))
         points[some], normals[some] = jet.f, analysis.normal
-        area[some] = norm(cross(jet.fu[:, :rule], jet.fv[:, :rule]))
         gauss[some], mean[some] = analysis.gauss[:, where.curved], analysis.mean[:, where.curved]
     return PatchSamples(where, points, normals, area, gauss, mean)

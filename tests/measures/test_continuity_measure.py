@@ -110,10 +110,11 @@ def test_a_surface_without_edges_between_patches_has_nothing_that_jumps() -> Non
     assert found["epsilon_bary"] == ""
 
 
-def test_a_nan_control_point_is_never_a_pass() -> None:
-    found = continuity(moved_patch(octahedron(), 2, np.array([np.nan, 0.0, 0.0])))
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_control_point_that_is_not_finite_is_never_a_pass(bad: float) -> None:
+    found = continuity(moved_patch(octahedron(), 2, np.array([bad, 0.0, 0.0])))
     for name in ("epsilon_deg", "gap_max", "edges_above_0p057_deg", "edges_above_1_deg"):
-        assert np.isnan(found[name])
+        assert not np.isfinite(found[name])
 
 
 def test_a_collapsed_corner_has_no_normal_and_so_no_angle() -> None:

@@ -125,12 +125,13 @@ def test_corners_of_blended_patches_are_kept_off_by_the_margin_that_is_stated() 
     assert extremes(plain)["gauss_max"] == pytest.approx(18.0, rel=1e-12)
 
 
-def test_a_nan_in_one_patch_is_the_extremum_and_names_the_face() -> None:
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_patch_that_is_not_finite_is_the_extremum_and_names_the_face(bad: float) -> None:
     surface = bumpy_octahedron()
     batch = surface.batches[0]
     assert isinstance(batch, BezierTriangles)
     points = batch.control_points.copy()
-    points[5, 7, 1] = np.nan
+    points[5, 7, 1] = bad
     found = extremes(Surface.over_faces(surface.mesh, BezierTriangles(points)))
     for name in EXTREMES:
         assert np.isnan(found[name])

@@ -85,14 +85,15 @@ def test_a_point_without_a_foot_is_never_a_pass() -> None:
     assert np.isnan(found["normal_max_deg"])
 
 
-def test_a_nan_control_point_is_never_a_pass() -> None:
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_control_point_that_is_not_finite_is_never_a_pass(bad: float) -> None:
     surface = bumpy_octahedron()
     batch = surface.batches[0]
     assert isinstance(batch, BezierTriangles)
     points = batch.control_points.copy()
-    points[3, 4] = np.nan
+    points[3, 4] = bad
     found = distances(Surface.over_faces(surface.mesh, BezierTriangles(points)), UnitSphere())
-    assert all(np.isnan(found[name]) for name in ("distance_max", "distance_rms", "normal_max_deg"))
+    assert not any(np.isfinite(found[name]) for name in ("distance_max", "distance_rms", "normal_max_deg"))
     assert found["distance_max_face"] == found["normal_max_face"] == 3
 
 
