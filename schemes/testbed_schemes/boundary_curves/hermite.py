@@ -6,7 +6,9 @@ curvatures k0, k1, all in the plane, a = p1 - p0 and x the cross product there,
 
     (t0 x t1) d0 = (a x t1) - 3/2 k1 d1^2,    (t0 x t1) d1 = (t0 x a) - 3/2 k0 d0^2,
 
-which has none to three admissible solutions. Equations: as printed; **corrected** wording: d is the Bezier leg, a third
+which has none to three admissible solutions. On short edges all three come together at d0 = d1 = L / 3, and rounding
+shows in the legs, relative to L about as 1e-15 (L k)^-4; the curve then slides along itself, its distance to the data
+and its end curvatures keep their digits. Equations: as printed; **corrected** wording: d is the Bezier leg, a third
 of the derivative's length, so that without a solution "the length of the chord" means a leg of L / 3.
 """
 
