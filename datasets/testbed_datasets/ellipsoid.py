@@ -7,6 +7,7 @@ import numpy as np
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import unit
 from testbed.plugins.dataset import Dataset
+from testbed.plugins.scheme import Shape
 from testbed_datasets.halving import halved
 from testbed_datasets.octahedron import axis_octahedron
 from testbed_datasets.parameters import positive
@@ -35,6 +36,7 @@ class Ellipsoid(Dataset):
     title = "Ellipsoid"
     reference = "Mann 1992, figures 5.2 (page 81) and 5.7 (page 94); its start mesh is lost"
     closed = True
+    shape = Shape.QUADRICS
     finest = 4
 
     def __post_init__(self) -> None:

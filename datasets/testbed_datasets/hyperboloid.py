@@ -7,6 +7,7 @@ import numpy as np
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float
 from testbed.plugins.dataset import Dataset
+from testbed.plugins.scheme import Shape
 from testbed_datasets.halving import halved
 from testbed_datasets.parameters import positive
 from testbed_datasets.quadric import Quadric
@@ -43,6 +44,7 @@ class Hyperboloid(Dataset):
         "Not in the thesis: an algebraic surface, as those of its section 5.4.1 (page 80), with K < 0 everywhere"
     )
     closed = False
+    shape = Shape.QUADRICS
     finest = 4
 
     def __post_init__(self) -> None:

@@ -10,6 +10,7 @@ from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int, unit
 from testbed.plugins.dataset import Dataset
+from testbed.plugins.scheme import Shape
 from testbed_datasets.halving import halved
 from testbed_datasets.parameters import positive
 
@@ -50,6 +51,7 @@ class SphereMesh(Dataset):
     radius: float = 1.0
 
     closed: ClassVar[bool | None] = True
+    shape: ClassVar[Shape | None] = Shape.SPHERES
 
     def __post_init__(self) -> None:
         positive(self.name, radius=self.radius)
