@@ -1,0 +1,91 @@
+"""The grid is planned without computing it: levels, sizes, refusals that can be foreseen."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from testbed.errors import SpecError
+from testbed.harness.plan import Plan, make_plan, parse_levels
+
+Planning = Callable[..., Plan]
+
+
+@given(st.integers(0, 99), st.integers(0, 20))
+def test_levels_include_both_ends(first: int, more: int) -> None:
+    assert parse_levels(f"{first}:{first + more}") == tuple(range(first, first + more + 1))
+    assert parse_levels(str(first)) == (first,)
+
+
+@pytest.mark.parametrize("text", ["", ":", "1:", ":2", "a", "-1", "1.5", "0:1:2", "3:1", "1,2", "1e1"])
+def test_other_levels_are_an_error_of_one_sentence(text: str) -> None:
+    with pytest.raises(SpecError, match="levels") as caught:
+        parse_levels(text)
+    assert "\n" not in str(caught.value)
+    assert "write" in str(caught.value)
+
+
+def test_the_grid_is_the_product_in_the_order_asked_for(toy_plan: Planning) -> None:
+    plan = toy_plan(["toy[tag=2]", "toy"], ["grid[forms=false]", "grid"])
+    assert [(cell.scheme, cell.dataset, cell.level) for cell in plan.cells] == [
+        (scheme, dataset, level)
+        for scheme in ("toy[tag=2]", "toy")
+        for dataset in ("grid[forms=false]", "grid")
+        for level in (0, 1, 2)
+    ]
+    assert [cell.faces for cell in plan.cells[:3]] == [2, 8, 32]
+    assert len({cell.key for cell in plan.cells}) == len(plan.cells)
+
+
+def test_equal_plugins_written_differently_are_one(toy_plan: Planning) -> None:
+    plan = toy_plan(["toy[tag=0, seconds=0]", "toy"], ["grid"], "1")
+    assert [cell.scheme for cell in plan.cells] == ["toy"]
+    assert plan.cells == toy_plan(["toy"], ["grid"], "0:2").cells[1:2]
+
+
+def test_refusals_are_foreseen(toy_plan: Planning) -> None:
+    datasets = ["grid", "grid[forms=false]", "grid[sides=4]", "grid[act=refuse]"]
+    foreseen = {cell.dataset: cell.foreseen for cell in toy_plan(["needy"], datasets, "0").cells}
+    assert foreseen["grid"] == ""
+    assert "second forms" in foreseen["grid[forms=false]"]
+    assert "4 sides" in foreseen["grid[sides=4]"]
+    assert "vertex 0" in foreseen["grid[act=refuse]"]
+
+
+def test_the_needs_of_boundary_curves_count() -> None:
+    plan = make_plan(["shirman-sequin[boundary=hermite]"], ["grid[forms=false]"], "0", ["sums"])
+    assert "second forms" in plan.cells[0].foreseen
+
+
+def test_levels_beyond_the_range_are_foreseen(toy_plan: Planning) -> None:
+    foreseen = {cell.level: cell.foreseen for cell in toy_plan(["toy"], ["grid"], "4:6").cells}
+    assert foreseen[4] == foreseen[5] == ""
+    assert "ends at level 5" in foreseen[6]
+
+
+def test_a_dataset_that_breaks_does_not_break_the_plan(toy_plan: Planning) -> None:
+    plan = toy_plan(["toy"], [f"grid[act={act}]" for act in ("exit", "raise", "kill")] + ["grid"], "0:1")
+    assert [cell.faces for cell in plan.cells] == [None] * 6 + [2, 8]
+
+
+def test_a_dataset_that_has_to_be_told_what_to_read_is_not_in_the_default_grid() -> None:
+    plan = make_plan(["toy"], None, "0", ["sums"])
+    assert "grid" in {dataset.spec for dataset in plan.datasets}
+    assert not {dataset.spec for dataset in plan.datasets} & {"file", "mesh"}
+
+
+def test_a_file_that_cannot_be_read_is_an_error_that_names_it(toy_plan: Planning, tmp_path: Path) -> None:
+    with pytest.raises(SpecError, match=r"missing\.ply"):
+        toy_plan(["toy"], [f"file:{tmp_path / 'missing.ply'}"])
+
+
+def test_an_empty_grid_is_an_error() -> None:
+    with pytest.raises(SpecError, match="no scheme"):
+        make_plan([], ["grid"], "0", ["sums"])
+
+
+def test_a_plan_survives_being_stored(toy_plan: Planning) -> None:
+    plan = toy_plan(["toy", "needy[tag=1]"], ["grid", "grid[forms=false]"])
+    assert Plan.from_json(plan.to_json()) == plan
