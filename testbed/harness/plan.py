@@ -255,13 +255,12 @@ def _planned_scheme(scheme: Scheme, sources: Sources) -> PlannedScheme:
 
 
 def _planned_dataset(dataset: Dataset, sources: Sources) -> PlannedDataset:
-    shape = getattr(dataset, "shape", None)
     return PlannedDataset(
         str(dataset),
         dataset.title,
         dataset.reference,
         dataset.closed,
-        None if shape is None else shape.value,
+        None if dataset.shape is None else dataset.shape.value,
         sources.content(dataset),
     )
 

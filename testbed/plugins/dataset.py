@@ -7,6 +7,7 @@ from typing import ClassVar
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
 from testbed.plugins.base import Plugin
+from testbed.plugins.scheme import Shape
 
 
 @dataclass(frozen=True)
@@ -19,10 +20,13 @@ class Dataset(Plugin):
         Whether the meshes have no boundary; None where it depends on the parameters.
     finest
         The highest level that a plain run computes; level 0 is the coarsest.
+    shape
+        What its exact surface is, where a scheme may claim to reproduce that; None for any other surface.
     """
 
     closed: ClassVar[bool | None]
     finest: ClassVar[int]
+    shape: ClassVar[Shape | None] = None
     required: ClassVar[tuple[str, ...]] = (*Plugin.required, "closed", "finest")
 
     @abstractmethod
