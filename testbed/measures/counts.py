@@ -9,12 +9,13 @@ from testbed.plugins.measure import Column, Measure, Survey, Value
 
 @dataclass(frozen=True)
 class Size(Measure):
-    """Faces, patches and edge length."""
+    """Vertices, faces, patches and edge length."""
 
     name: ClassVar[str] = "size"
     title: ClassVar[str] = "Size"
     reference: ClassVar[str] = "a count"
     columns: ClassVar[tuple[Column, ...]] = (
+        Column("vertices", "vertices of the mesh"),
         Column("faces", "faces of the mesh"),
         Column("patches", "patches of the surface"),
         Column("h", "length of the longest edge of the mesh"),
@@ -23,7 +24,12 @@ class Size(Measure):
     def measure(self, survey: Survey) -> Mapping[str, Value]:
         """Return the columns."""
         mesh = survey.surface.mesh
-        return {"faces": len(mesh.faces), "patches": survey.surface.patch_count, "h": mesh.h}
+        return {
+            "vertices": len(mesh.points),
+            "faces": len(mesh.faces),
+            "patches": survey.surface.patch_count,
+            "h": mesh.h,
+        }
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from testbed.measures import sampling
 from testbed.plugins.measure import Column, Measure, Survey, Value, measure_all
 
 CONTRACT = (
+    "vertices",
     "faces",
     "patches",
     "h",
@@ -61,7 +62,7 @@ CONTRACT = (
 def test_all_columns_of_the_contract_are_measured() -> None:
     found = registry.measure(octahedron(), UnitSphere())
     assert set(CONTRACT) <= set(found)
-    assert (found["faces"], found["patches"]) == (8, 8)
+    assert (found["vertices"], found["faces"], found["patches"]) == (6, 8, 8)
     assert found["h"] == pytest.approx(np.sqrt(2.0))
 
 
