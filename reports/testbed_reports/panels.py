@@ -1,0 +1,130 @@
+"""What the plots of a dataset show, free of drawing."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from testbed.harness.claims import SMOOTH_DEG
+from testbed_reports.grid import Grid, Row
+
+#: Quantities whose convergence is drawn: column, title, label of the axis.
+CONVERGING: Final = (
+    ("distance_max", "Largest distance", "distance (length)"),
+    ("normal_max_deg", "Largest normal error", "angle (degrees)"),
+    ("epsilon_deg", "Largest normal jump ε", "angle (degrees)"),
+)
+#: Reference slopes where no order could be estimated.
+USUAL_ORDERS: Final = (2, 4)
+#: More reference slopes than this hide the data.
+MOST_SLOPES: Final = 4
+
+
+@dataclass(frozen=True)
+class Line:
+    """A scheme's values over the edge length.
+
+    Parameters
+    ----------
+    position
+        Position of the scheme in the plan.
+    h, values
+        A point a level.
+    used
+        Whether a level took part in the fit of the order; a point that did not is drawn hollow.
+    dashed
+        Whether the line is dashed: the lower of a pair.
+    """
+
+    position: int
+    h: tuple[float, ...]
+    values: tuple[float, ...]
+    used: tuple[bool, ...]
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plot.
+
+    Parameters
+    ----------
+    title, label
+        What it shows, and the label of its vertical axis with the unit.
+    lines
+        Its lines.
+    logarithmic
+        Whether the vertical axis is logarithmic; else values of both signs are shown.
+    slopes
+        Orders to draw for reference.
+    smooth
+        Values up to this count as none; None where nothing does.
+    zeros
+        Texts of the schemes that are zero on a level, which a logarithmic axis cannot show.
+    """
+
+    title: str
+    label: str
+    lines: tuple[Line, ...]
+    logarithmic: bool = True
+    slopes: tuple[int, ...] = ()
+    smooth: float | None = None
+    zeros: tuple[str, ...] = ()
+
+
+def panels(grid: Grid, dataset: str) -> tuple[Panel, ...]:
+    """Return the plots of a dataset: convergence of what converges, and the extremes of the Gaussian curvature."""
+    found = [convergence(grid, dataset, *what) for what in CONVERGING]
+    return tuple(panel for panel in (*found, curvature(grid, dataset)) if panel.lines)
+
+
+def convergence(grid: Grid, dataset: str, column: str, title: str, label: str) -> Panel:
+    """Return the plot of a quantity against the edge length."""
+    lines, zeros = [], []
+    for position, scheme in enumerate(grid.schemes):
+        rows = _with(grid.ok(scheme, dataset), [column])
+        positive = [row for row in rows if math.isfinite(row[column]) and row[column] > 0.0]
+        used = _used(grid, scheme, dataset, column)
+        if any(row[column] == 0.0 for row in rows):
+            zeros.append(scheme)
+        if positive:
+            values = tuple(float(row[column]) for row in positive)
+            lines.append(Line(position, _lengths(positive), values, tuple(row["level"] in used for row in positive)))
+    smooth = SMOOTH_DEG if column == "epsilon_deg" else None
+    return Panel(title, label, tuple(lines), slopes=_slopes(grid, dataset, column), smooth=smooth, zeros=tuple(zeros))
+
+
+def curvature(grid: Grid, dataset: str) -> Panel:
+    """Return the plot of the extremes of the Gaussian curvature; the least values are dashed."""
+    lines = []
+    for position, scheme in enumerate(grid.schemes):
+        rows = _with(grid.ok(scheme, dataset), ["gauss_max", "gauss_min"])
+        rows = [row for row in rows if math.isfinite(row["gauss_max"]) and math.isfinite(row["gauss_min"])]
+        if rows:
+            for column in ("gauss_max", "gauss_min"):
+                values = tuple(float(row[column]) for row in rows)
+                lines.append(Line(position, _lengths(rows), values, (True,) * len(rows), column == "gauss_min"))
+    return Panel("Gaussian curvature, max and min", "K (1/length²)", tuple(lines), logarithmic=False)
+
+
+def _with(rows: Iterable[Row], columns: Sequence[str]) -> list[Row]:
+    """Return the rows with a length and a value in every column."""
+    return [row for row in rows if all(row.get(name) is not None for name in ("h", *columns)) and row["h"] > 0.0]
+
+
+def _lengths(rows: Iterable[Row]) -> tuple[float, ...]:
+    return tuple(float(row["h"]) for row in rows)
+
+
+def _used(grid: Grid, scheme: str, dataset: str, column: str) -> frozenset[int]:
+    row = grid.orders.get((scheme, dataset, column))
+    return frozenset(map(int, str(row["levels_used"] or "").split())) if row else frozenset()
+
+
+def _slopes(grid: Grid, dataset: str, column: str) -> tuple[int, ...]:
+    """Return whole orders next to those estimated, spread over them if they are many."""
+    orders = [row["order"] for (_, on, quantity), row in grid.orders.items() if (on, quantity) == (dataset, column)]
+    whole = sorted({round(order) for order in orders if order is not None and 0.5 < order < 12.5})
+    if len(whole) > MOST_SLOPES:
+        whole = [whole[round(i * (len(whole) - 1) / (MOST_SLOPES - 1))] for i in range(MOST_SLOPES)]
+    return tuple(whole) or USUAL_ORDERS
