@@ -133,7 +133,9 @@ class PublishedRow:
         digits = decimals(self.printed) + 2
         if not math.isnan(self.low):
             return f"{self.measured:.{digits}f} [{self.low:.{digits}f}, {self.high:.{digits}f}]"
-        return f"{self.measured:.0f}" if self.measured.is_integer() else f"{self.measured:.{digits}f}"
+        if self.measured.is_integer():
+            return f"{self.measured:.0f}"
+        return f"{self.measured:.{digits}f}" if abs(self.measured) >= 10.0**-digits else f"{self.measured:.3g}"
 
 
 @cache

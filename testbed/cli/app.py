@@ -36,6 +36,9 @@ Levels = Annotated[
     str | None,
     typer.Option("--levels", metavar="A:B", help="Levels A to B, both included. Default: each dataset's own."),
 ]
+Jobs = Annotated[
+    int | None, typer.Option("-j", "--jobs", min=1, metavar="N", help="Worker processes. Default: one a processor.")
+]
 Directory = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where the results are kept.")]
 
 
@@ -56,9 +59,7 @@ def run(
     schemes: Schemes = None,
     datasets: Datasets = None,
     levels: Levels = None,
-    jobs: Annotated[
-        int | None, typer.Option("-j", "--jobs", min=1, metavar="N", help="Worker processes. Default: one a processor.")
-    ] = None,
+    jobs: Jobs = None,
     output: Directory = Path("results"),
     timeout: Annotated[float, typer.Option(min=0.001, metavar="SECONDS", help="What a cell may take.")] = 300.0,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cells again.")] = False,
@@ -151,6 +152,23 @@ def report(
     from testbed.cli.running import report_command
 
     raise typer.Exit(report_command(directory, as_json=as_json))
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed reproduce mann-1992 -o reproduction")
+def reproduce(
+    paper: Annotated[str, typer.Argument(metavar="PAPER", help="A paper, as mann-1992; or all.")],
+    *,
+    output: Directory = Path("reproduction"),
+    jobs: Jobs = None,
+    as_json: Json = False,
+) -> None:
+    """Measure the figures that a paper prints, and show them next to the printed ones, differences explained.
+
+    Exit code 1 if a figure could not be measured or a difference has no explanation.
+    """
+    from testbed.cli.reproducing import reproduce_command
+
+    raise typer.Exit(reproduce_command(paper, output, jobs, as_json=as_json))
 
 
 def main() -> None:

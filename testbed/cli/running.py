@@ -43,7 +43,7 @@ def run_command(
     planned = make_plan(schemes, datasets, levels)
     grid = f"{len(planned.schemes)} schemes x {len(planned.datasets)} datasets: {len(planned.cells)} cells"
     console.print(f"{grid}, in {directory}/", markup=False)
-    summary = _run_with_progress(console, planned, directory, jobs, timeout, retry_failed)
+    summary = run_with_progress(console, planned, directory, jobs, timeout, retry_failed=retry_failed)
     if summary.interrupted:
         console.print("interrupted: run the same command again to go on from here")
         return 130
@@ -116,9 +116,10 @@ def report_command(directory: Path, *, as_json: bool) -> int:
     return int(results.cells["status"].isin(["failed", "timeout"]).any())
 
 
-def _run_with_progress(
-    console: Console, planned: Plan, directory: Path, jobs: int | None, timeout: float, retry_failed: bool
+def run_with_progress(
+    console: Console, planned: Plan, directory: Path, jobs: int | None, timeout: float, *, retry_failed: bool
 ) -> RunSummary:
+    """Run a plan with a progress bar, or with a line now and then where there is no terminal; failures are printed."""
     columns = (
         SpinnerColumn(),
         BarColumn(bar_width=24),

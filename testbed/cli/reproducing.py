@@ -1,0 +1,109 @@
+"""``reproduce``: published figures next to what we measure."""
+
+import dataclasses
+import json
+import math
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from testbed.cli.running import run_with_progress
+from testbed.cli.tables import wide
+from testbed.errors import TestbedError
+from testbed.harness.results import read_results
+from testbed.harness.run import TIMEOUT
+from testbed_reports.published import (
+    PublishedRow,
+    compare,
+    figures_of,
+    published_plan,
+    published_table,
+    write_published,
+)
+
+_STYLES = {"agrees": "green", "differs": "yellow", "unexplained": "bold red", "no value": "bold red"}
+
+
+def reproduce_command(paper: str, directory: Path, jobs: int | None, *, as_json: bool) -> int:
+    """Measure the figures of a paper and print them next to the printed ones.
+
+    Returns
+    -------
+    code
+        1 if a figure was not measured or differs without an explanation, 130 if interrupted, else 0.
+    """
+    console = wide(stderr=as_json)
+    figures = figures_of(paper)
+    if directory.exists() and not directory.is_dir():
+        raise TestbedError(f"{directory} is a file: name a directory with -o")
+    planned = published_plan(figures)
+    console.print(f"{len(figures)} published figures: {len(planned.cells)} cells, in {directory}/", markup=False)
+    summary = run_with_progress(console, planned, directory, jobs, TIMEOUT, retry_failed=False)
+    if summary.interrupted:
+        console.print("interrupted: run the same command again to go on from here")
+        return 130
+    rows = compare(figures, read_results(directory))
+    written = write_published(directory, rows)
+    if as_json:
+        records = [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
+        json.dump({"figures": records, "written": str(written)}, sys.stdout, indent=1)
+        sys.stdout.write("\n")
+    else:
+        _print_rows(console, rows)
+        console.print(
+            f"{summary.total} cells: {summary.computed} computed, {summary.reused} reused, in {summary.seconds:.0f} s"
+        )
+        console.print(f"written: {written}", markup=False, soft_wrap=True)
+    return int(any(row.agreement in ("unexplained", "no value") for row in rows))
+
+
+def _print_rows(console: Console, rows: tuple[PublishedRow, ...]) -> None:
+    """Print the rows of each paper, a table for each surface, with the explanations as numbered notes at the end."""
+    citations = published_table().citations
+    for paper in dict.fromkeys(row.paper for row in rows):
+        own = [row for row in rows if row.paper == paper]
+        notes = {text: number for number, text in enumerate(dict.fromkeys(filter(None, map(_remark, own))), start=1)}
+        console.print(f"\n{paper}: {citations[paper]}\n", markup=False, highlight=False, soft_wrap=True)
+        for number, surface in enumerate(dict.fromkeys(map(_surface, own))):
+            here = [row for row in own if _surface(row) == surface]
+            console.print(_table(surface, here, notes, header=number == 0))
+            console.print()
+        for text, number in notes.items():
+            console.print(f"({number}) {text}", markup=False, highlight=False)
+        agreeing = sum(row.agreement == "agrees" for row in own)
+        console.print(f"\n{agreeing} of {len(own)} agree at the printed digits")
+
+
+def _table(surface: str, rows: list[PublishedRow], notes: dict[str, int], *, header: bool) -> Table:
+    """Rows about one surface; the widths are those of all such tables, so that they line up."""
+    table = Table(
+        title=escape(surface), title_justify="left", title_style="bold", box=None, pad_edge=False, show_header=header
+    )
+    for heading, width in (("printed in", 36), ("quantity", 32)):
+        table.add_column(heading, width=width)
+    for heading, width in (("printed", 7), ("measured", 19)):
+        table.add_column(heading, width=width, justify="right", no_wrap=True)
+    table.add_column(no_wrap=True)
+    for row in rows:
+        remark = _remark(row)
+        verdict = f"[{_STYLES[row.agreement]}]{row.agreement}{f' ({notes[remark]})' if remark else ''}[/]"
+        table.add_row(*map(escape, (row.place, row.quantity, row.printed, row.shown)), verdict)
+    return table
+
+
+def _surface(row: PublishedRow) -> str:
+    """What a figure was measured on: ``flat on octahedron, level 0; data given``."""
+    levels = f", level{'s' if ' ' in row.level else ''} {row.level}" if row.level else ""
+    return f"{row.scheme} on {row.dataset}{levels}" + ("" if row.data == "general" else f"; data {row.data}")
+
+
+def _remark(row: PublishedRow) -> str:
+    return row.reason if row.agreement == "no value" else row.explanation
+
+
+def _plain(value: str | float) -> str | float | None:
+    """JSON has no NaN and no infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
