@@ -1,11 +1,15 @@
 """A mesh from a file: what users bring; no exact surface."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from pathlib import Path
+from typing import ClassVar, Final
 
 from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
 from testbed.plugins.dataset import Dataset
+
+#: The mesh that comes with the package: a pebble of 162 vertices and 320 faces, without normals.
+EXAMPLE: Final = Path(__file__).with_name("pebble.ply")
 
 
 @dataclass(frozen=True)
@@ -15,7 +19,8 @@ class MeshFile(Dataset):
     Parameters
     ----------
     path
-        The file, in any format that ``testbed.load_mesh`` reads; relative to the current folder.
+        The file, in any format that ``testbed.load_mesh`` reads; relative to the current folder. Without one, a small
+        example that comes with the package: a closed mesh of a pebble without symmetry, whose normals are estimated.
     """
 
     path: str = ""
@@ -27,23 +32,25 @@ class MeshFile(Dataset):
     closed: ClassVar[bool | None] = None
     finest = 0
 
+    def files(self) -> tuple[Path, ...]:
+        """Return the mesh file."""
+        return (Path(self.path) if self.path else EXAMPLE,)
+
     def mesh(self, level: int) -> HermiteMesh:
         """Return the file's mesh.
 
         Raises
         ------
         Refused
-            The level is not 0, or no file is named.
+            The level is not 0.
         MeshError
             The file cannot be read, or is no mesh that a surface can be built on.
         """
         from testbed.geometry.mesh_files import load_mesh  # brings trimesh: only where a file is read
 
-        if not self.path:
-            raise Refused("dataset mesh names no file: write mesh:PATH")
         if level != 0:
             raise Refused(f"{self} has no level {level}: a mesh from a file has level 0 only")
-        return load_mesh(self.path)
+        return load_mesh(self.files()[0])
 
     @property
     def surface(self) -> None:

@@ -89,7 +89,7 @@ class Torus(Dataset):
     title = "Torus"
     reference = "Mann 1992, figures 2.11c (page 30), 2.19 (page 44) and 3.5 (page 60), with phase=0; radii not printed"
     closed = True
-    finest = 3
+    finest = 4
 
     def __post_init__(self) -> None:
         positive(self.name, major=self.major, minor=self.minor)

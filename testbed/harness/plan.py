@@ -193,8 +193,7 @@ def make_plan(
     Parameters
     ----------
     schemes, datasets, measures
-        Texts such as ``torus[minor=0.4]``; None for all that are registered, with their defaults, but for datasets that
-        have to be told what to read.
+        Texts such as ``torus[minor=0.4]``; None for all that are registered, with their defaults.
     levels
         ``"0:4"`` or ``"2"``; None for each dataset's own, 0 to its finest.
 
@@ -230,7 +229,7 @@ def make_plan(
 def _chosen(specs: Sequence[str] | None, kind: type[P]) -> Iterable[P]:
     if specs is not None:
         return [parse(text, kind, registry.load()) for text in specs]
-    return [found() for found in registry.catalogue(kind).values() if found.positional is None]
+    return [found() for found in registry.catalogue(kind).values()]
 
 
 def _unique(plugins: Iterable[Any]) -> list[Any]:

@@ -3,7 +3,7 @@
 The closure of a plugin are the modules of its class and bases and of the plugins its fields hold, the packages around
 them, and whatever these import statically, inside functions too, as long as it belongs to the kernel (``testbed``), to
 a plugin package (``testbed_*``) or to the plugin's own package. What only finds, runs or presents plugins is left out,
-and so are libraries: their versions stand in ``run.json``. Files named by a positional parameter, as in ``mesh:PATH``,
+and so are libraries: their versions stand in ``run.json``. Files that a plugin says it reads, as in ``mesh:PATH``,
 count with their bytes. Imports by computed names are not seen.
 """
 
@@ -51,8 +51,11 @@ class Sources:
         for name, path in sorted(self.files(plugin).items()):
             digest.update(f"{name} {self._hash(path)}\n".encode())
         for one in plugin.nested():
-            if one.positional is not None:
-                digest.update(f"{one.name} {_file_hash(one, str(getattr(one, one.positional)))}\n".encode())
+            for path in one.files():
+                try:
+                    digest.update(f"{one.name} {self._hash(path)}\n".encode())
+                except OSError as error:
+                    raise SpecError(f"{one} names the file {path}, which cannot be read: {error.strerror}") from error
         return digest.hexdigest()
 
     def files(self, plugin: Plugin) -> dict[str, Path]:
@@ -136,14 +139,3 @@ def _imports(tree: ast.AST, name: str, is_package: bool) -> Iterator[str]:
                 base = ".".join([*parents[: len(parents) - node.level + 1], *([base] if base else [])])
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names if alias.name != "*")
-
-
-def _file_hash(plugin: Plugin, text: str) -> str:
-    """Hash of the file that a positional parameter names; of the text if the parameter is still at its default."""
-    default = type(plugin).__dataclass_fields__[str(plugin.positional)].default
-    if text == default:
-        return hashlib.sha256(text.encode()).hexdigest()
-    try:
-        return hashlib.sha256(Path(text).read_bytes()).hexdigest()
-    except OSError as error:
-        raise SpecError(f"{plugin} names the file {text}, which cannot be read: {error.strerror}") from error

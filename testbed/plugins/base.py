@@ -4,6 +4,7 @@ import dataclasses
 import json
 import re
 from abc import ABC
+from pathlib import Path
 from typing import Any, ClassVar
 
 #: Text that can stand unquoted as a parameter value: nothing that ends a value or looks like another type's text.
@@ -44,6 +45,10 @@ class Plugin(ABC):
         tail = f":{changed.pop(self.positional)}" if self.positional in changed else ""
         inner = ",".join(f"{name}={format_value(value)}" for name, value in changed.items())
         return self.name + (f"[{inner}]" if inner else "") + tail
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the files that results depend on besides the plugin's source: a mesh that it reads, for instance."""
+        return ()
 
     def nested(self) -> tuple["Plugin", ...]:
         """Return this plugin and those its fields hold, depth first."""

@@ -124,5 +124,12 @@ def test_a_mesh_from_a_file(tmp_path: Path) -> None:
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"missing\.obj"):
         MeshFile(str(tmp_path / "missing.obj")).mesh(0)
-    with pytest.raises(Refused, match="mesh:PATH"):
-        MeshFile().mesh(0)
+
+
+def test_without_a_path_there_is_an_example_mesh() -> None:
+    mesh = MeshFile().mesh(0)
+    assert (len(mesh.points), len(mesh.faces), mesh.normals_from) == (162, 320, "estimated")
+    assert not mesh.boundary_edges.any()
+    assert str(MeshFile()) == "mesh"
+    with pytest.raises(Refused, match="level 0 only"):
+        MeshFile().mesh(1)

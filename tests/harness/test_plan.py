@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from testbed.errors import SpecError
 from testbed.harness.plan import Plan, make_plan, parse_levels
+from testbed.plugins.dataset import Dataset
+from testbed.registry import catalogue
 
 Planning = Callable[..., Plan]
 
@@ -70,10 +72,9 @@ def test_a_dataset_that_breaks_does_not_break_the_plan(toy_plan: Planning) -> No
     assert [cell.faces for cell in plan.cells] == [None] * 6 + [2, 8]
 
 
-def test_a_dataset_that_has_to_be_told_what_to_read_is_not_in_the_default_grid() -> None:
+def test_the_default_grid_has_every_registered_dataset() -> None:
     plan = make_plan(["toy"], None, "0", ["sums"])
-    assert "grid" in {dataset.spec for dataset in plan.datasets}
-    assert not {dataset.spec for dataset in plan.datasets} & {"file", "mesh"}
+    assert [dataset.spec for dataset in plan.datasets] == list(catalogue(Dataset))  # type: ignore[type-abstract]
 
 
 def test_a_file_that_cannot_be_read_is_an_error_that_names_it(toy_plan: Planning, tmp_path: Path) -> None:

@@ -193,6 +193,10 @@ class File(Grid):
     positional = "path"
     finest = 0
 
+    def files(self) -> tuple[Path, ...]:
+        """The file, if one is named."""
+        return (Path(self.path),) if self.path else ()
+
 
 @dataclass(frozen=True)
 class Sums(Measure):
