@@ -129,6 +129,12 @@ def points_at(surface: Surface, face: Int, at: Float) -> Float:
     return surface.evaluate(face, bary, order=0).f
 
 
+def normals_at(surface: Surface, face: Int, at: Float) -> Float:
+    """Unit normals (N, 3) of the surface at face parameters (N, 2)."""
+    bary = barycentric(at) if surface.mesh.sides == 3 else at
+    return surface.evaluate(face, bary, order=1).normal
+
+
 def vertices_of(surface: Surface) -> Iterator[tuple[int, Int, Int, Int]]:
     """For each part its index, and the patches, corners and mesh vertices where a patch corner is a mesh vertex."""
     for index, part in enumerate(surface.parts):
