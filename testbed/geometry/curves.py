@@ -20,7 +20,7 @@ class CurveNetwork:
     control_points
         (E, 4, 3), each curve running from the lower vertex id to the higher.
     notes
-        What had to be done differently and how often, for instance ``{"curves without a root": 3}``; reported, never silent.
+        What had to be done differently and how often, as in ``{"curves without a root": 3}``; reported, never silent.
     """
 
     mesh: HermiteMesh

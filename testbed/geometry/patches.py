@@ -30,8 +30,8 @@ class PatchBatch(ABC):
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at the domain points ``at``: (S, 2), the same for every patch, or (P, S, 2), each patch its own.
 
-        Returns coefficients (1 | 3 | 6, P, S, 3) for order 0 | 1 | 2. Results do not depend on how patches or samples are
-        divided over calls. At a corner, value and first derivatives are exact also where the formula is 0/0; second
+        Returns coefficients (1 | 3 | 6, P, S, 3) for order 0 | 1 | 2. Results do not depend on how patches or samples
+        are divided over calls. At a corner, value and first derivatives are exact also where the formula is 0/0; second
         derivatives are NaN there if they have no limit.
         """
 
