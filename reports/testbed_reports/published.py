@@ -205,18 +205,17 @@ def published_plan(figures: Sequence[Figure]) -> "Plan":
     from testbed import registry
     from testbed.harness.plan import make_plan
 
-    wanted = {}
+    wanted = set()
     for figure in figures:
         dataset = registry.dataset(figure.dataset)
+        if figure.level is not None and not 0 <= figure.level <= dataset.finest:
+            raise SpecError(
+                f"a published figure needs level {figure.level} of {dataset}, whose levels are 0 to {dataset.finest}"
+            )
         levels = range(dataset.finest + 1) if figure.level is None else [figure.level]
-        for level in levels:
-            wanted[str(registry.scheme(figure.scheme)), str(dataset), level] = figure
+        wanted |= {(str(registry.scheme(figure.scheme)), str(dataset), level) for level in levels}
     grid = make_plan([figure.scheme for figure in figures], [figure.dataset for figure in figures])
     cells = tuple(cell for cell in grid.cells if (cell.scheme, cell.dataset, cell.level) in wanted)
-    absent = wanted.keys() - {(cell.scheme, cell.dataset, cell.level) for cell in cells}
-    if absent:
-        _, dataset_text, level = min(absent)
-        raise SpecError(f"a published figure needs level {level} of {dataset_text}, which is above its finest")
     return dataclasses.replace(grid, cells=cells)
 
 

@@ -1,0 +1,370 @@
+"""The table of published figures: its rows, how numbers compare, that every row comes out or is explained, and that
+what the explanations say is what is measured."""
+
+import dataclasses
+import json
+import math
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from testbed import registry
+from testbed.cli import reproducing
+from testbed.cli.reproducing import reproduce_command
+from testbed.errors import SpecError, TestbedError
+from testbed.geometry.bezier import BezierTriangles
+from testbed.geometry.curvature import analyse
+from testbed.geometry.domain import lattice
+from testbed.geometry.mesh import EdgeData, HermiteMesh
+from testbed.geometry.nets import CENTRE
+from testbed.geometry.surface import Surface
+from testbed.geometry.vectors import Float, angle_between, norm
+from testbed.harness.results import read_results
+from testbed.measures.continuity import edge_jumps
+from testbed.plugins.measure import Column
+from testbed_reports import published
+from testbed_reports.published import (
+    Agreement,
+    Figure,
+    PublishedRow,
+    compare,
+    decimals,
+    figures_of,
+    parse_table,
+    published_rows,
+    published_table,
+    rounds_to,
+    write_published,
+)
+from testbed_schemes.boundary_curves.hermite import Hermite
+from testbed_schemes.boundary_curves.optimized import Optimized
+from testbed_schemes.cubic_interpolant import CubicInterpolant
+from testbed_schemes.planar_frame import planar_frame
+
+#: A row of a file in the format of published.toml.
+ROW = """
+[papers.somebody-2001]
+citation = "Somebody, 2001"
+[[figures]]
+paper = "somebody-2001"
+place = "page 1"
+quantity = "faces"
+scheme = "flat"
+dataset = "octahedron"
+level = 0
+column = "faces"
+printed = "8"
+data = "given"
+"""
+FLAT = Figure("mann-1992", "page 1", "faces", "flat", "octahedron", "faces", "8", "given", level=0)
+
+
+@given(st.floats(-1e6, 1e6), st.integers(0, 6))
+def test_a_value_rounds_to_what_it_is_printed_as(value: float, digits: int) -> None:
+    printed = f"{value:.{digits}f}"
+    assert rounds_to(value, printed)
+    assert decimals(printed) == digits
+    assert not rounds_to(value + 1.01 * 10.0**-digits, printed)
+    assert not rounds_to(value - 1.01 * 10.0**-digits, printed)
+
+
+@pytest.mark.parametrize(
+    ("value", "printed", "agrees"),
+    [
+        (1.4459, "1.4", True),
+        (2.4593, "2.5", True),
+        (2.5147, "2.5", True),
+        (0.5148, "0.51", True),
+        (0.5151, "0.51", False),
+        (0.7448, "0.75", False),
+        (234.88, "235", True),
+        (261.5, "235", False),
+        (-298.37, "-298", True),
+        (298.37, "-298", False),
+        (2.45, "2.4", True),
+        (2.45, "2.5", True),
+        (1.4459, "1.40", False),
+        (math.nan, "1.4", False),
+        (math.inf, "5", False),
+    ],
+)
+def test_numbers_compare_at_the_printed_digits(value: float, printed: str, agrees: bool) -> None:
+    assert rounds_to(value, printed) is agrees
+
+
+def test_every_row_names_what_there_is() -> None:
+    columns: dict[str, Column] = {column.name: column for one in registry.measures() for column in one.columns}
+    table = published_table()
+    assert table.figures
+    for figure in table.figures:
+        assert figure.place
+        assert figure.quantity
+        registry.scheme(figure.scheme)
+        dataset = registry.dataset(figure.dataset)
+        assert figure.column in columns
+        if figure.level is None:
+            assert columns[figure.column].converges
+        else:
+            assert 0 <= figure.level <= dataset.finest
+    places = [(one.place, one.scheme, one.dataset, one.level, one.column) for one in table.figures]
+    assert len(set(places)) == len(places)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('printed = "8"', "printed = 8", "printed is 8, and should be a str"),
+        ('printed = "8"', 'printed = "eight"', "decimal number"),
+        ('printed = "8"', 'printed = "nan"', "decimal number"),
+        ("level = 0", 'level = "0"', "level is '0', and should be a int"),
+        ('data = "given"', 'data = "guessed"', "one of given, reconstructed, lost, general"),
+        ('paper = "somebody-2001"', 'paper = "nobody"', "no paper 'nobody'"),
+        ('column = "faces"', 'colum = "faces"', "colum"),
+        ('column = "faces"', "", "column"),
+    ],
+)
+def test_a_row_that_is_no_figure_is_named(old: str, new: str, says: str) -> None:
+    assert parse_table(ROW).figures[0].printed == "8"
+    with pytest.raises(TestbedError, match="published figure 1") as caught:
+        parse_table(ROW.replace(old, new))
+    assert says in str(caught.value)
+
+
+def test_an_unknown_paper_is_told_the_nearest() -> None:
+    with pytest.raises(SpecError, match="did you mean mann-1992"):
+        figures_of("man-1992")
+    assert figures_of("all") == published_table().figures
+    command = [sys.executable, "-c", "from testbed.cli import main; main()", "reproduce", "man-1992"]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    assert (result.returncode, result.stdout, result.stderr.count("\n")) == (2, "", 1)
+    assert "did you mean mann-1992" in result.stderr
+
+
+def test_every_published_figure_comes_out_or_is_explained(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert reproduce_command("all", tmp_path, 2, as_json=False) == 0
+    printed = capsys.readouterr().out
+    rows = published_rows(tmp_path)
+    assert len(rows) == len(published_table().figures)
+    for row in rows:
+        assert row.agreement in ("agrees", "differs"), row
+        assert bool(row.explanation) == (row.agreement == "differs"), row
+        assert row.shown in printed
+        if row.agreement == "agrees":
+            assert rounds_to(row.measured, row.printed)
+    # the file says what the results say, to the last bit
+    results = read_results(tmp_path)
+    assert repr(rows) == repr(compare(published_table().figures, results))
+    assert not results.missing
+    # and a second time nothing is computed
+    assert reproduce_command("mann-1992", tmp_path, 1, as_json=True) == 0
+    found = json.loads(capsys.readouterr().out)["figures"]
+    assert [one["measured"] for one in found] == [row.measured for row in rows if row.paper == "mann-1992"]
+    assert read_results(tmp_path).run["cells"]["computed"] == 0
+
+
+def test_what_is_not_explained_or_not_there_is_a_failure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wrong = dataclasses.replace(FLAT, printed="9")
+    explained = dataclasses.replace(wrong, explanation="A slip.")
+    absent = dataclasses.replace(FLAT, column="nothing")
+    slow = dataclasses.replace(FLAT, column="gauss_max", level=None)
+    refused = dataclasses.replace(FLAT, scheme="quadratic-interpolant", dataset="monkey-saddle")
+
+    def outcome(*figures: Figure) -> tuple[int, list[Agreement]]:
+        monkeypatch.setattr(reproducing, "figures_of", lambda _: figures)
+        code = reproduce_command("mann-1992", tmp_path, 1, as_json=True)
+        return code, [row.agreement for row in published_rows(tmp_path)]
+
+    assert outcome(FLAT, explained) == (0, ["agrees", "differs"])
+    assert outcome(FLAT, wrong, absent, slow, refused) == (1, ["agrees", "unexplained", *["no value"] * 3])
+    reasons = [row.reason for row in published_rows(tmp_path)]
+    assert reasons[:2] == ["", ""]
+    assert "no nothing" in reasons[2]
+    assert "no order of gauss_max" in reasons[3]
+    assert reasons[4].startswith("refused: ")
+    with pytest.raises(SpecError, match="level 9 of octahedron"):
+        outcome(dataclasses.replace(FLAT, level=9))
+
+
+def test_an_order_agrees_only_if_its_interval_tells_it_from_its_neighbours() -> None:
+    figure = dataclasses.replace(FLAT, printed="5", level=None, column="distance_max")
+    assert published._agreement(figure, 5.05, 4.9, 5.2) == "agrees"
+    assert published._agreement(figure, 5.05, 3.9, 6.2) == "unexplained"
+    assert published._agreement(figure, 4.4, 4.3, 5.1) == "unexplained"
+    assert published._agreement(figure, math.inf, math.inf, math.inf) == "unexplained"
+
+
+def test_rows_are_read_as_they_were_written(tmp_path: Path) -> None:
+    assert published_rows(tmp_path) == ()
+    names = ("p", 'a "place", here', "ΔK\nmax", "flat", "sphere", "0 1 2", "gauss_max", "2.5")
+    row = PublishedRow(*names, 0.1 + 0.2, math.nan, -1e-300, "no value", "lost", "", "why, exactly")
+    path = write_published(tmp_path, [row, row])
+    assert repr(published_rows(tmp_path)) == repr((row, row))
+    path.write_text("paper,place\nx,y\n")
+    with pytest.raises(TestbedError, match=r"published\.csv cannot be read"):
+        published_rows(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("measured", "low", "shown"),
+    [
+        (2.377404, math.nan, "2.377"),
+        (300.0, math.nan, "300"),
+        (0.000164, math.nan, "0.000164"),
+        (-311.4, math.nan, "-311.400"),
+        (5.0487, 4.9, "5.049 [4.900, 5.200]"),
+        (math.nan, math.nan, "–"),
+    ],
+)
+def test_measured_numbers_show_two_digits_more(measured: float, low: float, shown: str) -> None:
+    row = PublishedRow("", "", "", "", "", "", "", "2.4", measured, low, 5.2, "agrees", "given", "", "")
+    assert row.shown == shown
+
+
+# What the explanations say, measured.
+
+
+def explanation(scheme: str, dataset: str, column: str, level: int | None = 0) -> str:
+    [text] = [
+        one.explanation
+        for one in published_table().figures
+        if (one.scheme, one.dataset, one.column, one.level) == (scheme, dataset, column, level)
+    ]
+    return text
+
+
+def fitted(scheme: str, dataset: str, level: int = 0) -> Surface:
+    return registry.scheme(scheme).fit(registry.dataset(dataset).mesh(level))
+
+
+def seen(surface: Surface, steps: int) -> tuple[float, float]:
+    """Largest and smallest Gaussian curvature on a lattice of so many intervals a side."""
+    gauss = np.concatenate([analyse(one.jets(lattice(3, steps), 2)).gauss.ravel() for one in surface.batches])
+    return float(gauss.max()), float(gauss.min())
+
+
+def test_the_lumpy_sphere_shows_the_printed_curvatures_on_three_lattices() -> None:
+    spec = "shirman-sequin[boundary=hermite[root=worst]]"
+    text = explanation(spec, "sphere", "gauss_max")
+    assert text == explanation(spec, "sphere", "gauss_min")
+    surface = fitted(spec, "sphere")
+    for steps in (5, 10, 15):
+        largest, smallest = seen(surface, steps)
+        assert f"shows {largest:.1f} and {smallest:.1f};" in text
+        assert rounds_to(largest, "235")
+        assert rounds_to(smallest, "-298")
+    found = registry.measure(surface)
+    assert f"are {found['gauss_max']:.1f} and {found['gauss_min']:.1f}." in text
+
+
+def test_only_the_ring_edges_of_the_sphere_have_a_choice_of_curves() -> None:
+    mesh = registry.dataset("sphere").mesh(0)
+    best, _ = Hermite().curves(mesh.edge_data)
+    worst, _ = Hermite(root="worst").curves(mesh.edge_data)
+    several = norm(best - worst).max(axis=1) > 1e-6
+    start, end = (mesh.points[mesh.edges[several, side]] for side in (0, 1))
+    assert np.allclose(start[:, 2], end[:, 2])
+    arcs = np.degrees(angle_between(start, end))
+    assert np.ptp(arcs) < 1e-9
+    text = explanation("shirman-sequin[boundary=hermite[root=worst]]", "sphere", "gauss_max")
+    assert f"Only the {several.sum()} edges of the two rings, arcs of {arcs[0]:.1f} degrees" in text
+
+
+@dataclasses.dataclass(frozen=True)
+class HermiteOrOptimized(Hermite):
+    """Geometric Hermite curves, and optimized ones where there is none."""
+
+    def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
+        found, _ = super().curves(edges)
+        _, solved = self.legs(edges, planar_frame(edges))
+        return np.where(solved[:, None, None], found, Optimized().curves(edges)[0]), {}
+
+
+def jumps(surface: Surface) -> tuple[str, str]:
+    """Largest angle between normals, and the largest at ten evenly spaced parameters, ends included."""
+    largest = registry.measure(surface)["epsilon_deg"]
+    ten = np.degrees(edge_jumps(surface, surface.edges, np.arange(10) / 9.0)[0].max())
+    return f"{largest:.2f}", f"{ten:.2f}"
+
+
+def test_the_jump_on_the_torus_is_that_of_the_edges_without_a_curve() -> None:
+    text = explanation("cubic-interpolant", "torus[phase=0]", "epsilon_deg")
+    mesh = registry.dataset("torus[phase=0]").mesh(0)
+    surface = CubicInterpolant().fit(mesh)
+    assert f"{surface.notes['curves without a root']} of the {len(mesh.edges)} edges have no" in text
+    largest, ten = jumps(CubicInterpolant(boundary=HermiteOrOptimized()).fit(mesh))
+    assert f"the largest jump is {largest}, and {ten} at the ten" in text
+    thinner = fitted("cubic-interpolant", "torus[phase=0,minor=0.375]")
+    assert not thinner.notes
+    assert f"the two numbers are {' and '.join(jumps(thinner))}." in text
+    assert rounds_to(float(ten), "6.2")
+
+
+def test_the_cubic_interpolant_of_the_octahedron_has_no_choice() -> None:
+    most = explanation("cubic-interpolant", "octahedron", "gauss_max")
+    least = explanation("cubic-interpolant", "octahedron", "gauss_min")
+    surface = fitted("cubic-interpolant", "octahedron")
+    [batch] = surface.batches
+    assert isinstance(batch, BezierTriangles)
+    assert np.allclose(np.abs(batch.control_points[:, CENTRE]), 1.0)
+    assert np.allclose(analyse(batch.jets(np.full((1, 2), 1.0 / 3.0), 2)).gauss, 27.0 / 16.0)
+    mesh = surface.mesh
+    assert np.array_equal(Hermite().curves(mesh.edge_data)[0], Hermite(root="worst").curves(mesh.edge_data)[0])
+    assert not any(rounds_to(seen(surface, steps)[0], "1.44") for steps in range(1, 33))
+    beside = registry.measure(fitted("shirman-sequin[boundary=hermite]", "octahedron"))["gauss_max"]
+    assert f"near the maximum, {beside:.3f}, of" in most
+    assert f"The minimum {registry.measure(surface)['gauss_min']:.4f} lies at the middles" in least
+    assert f"with 5 it shows {seen(surface, 5)[1]:.4f}, with 15 it shows {seen(surface, 15)[1]:.4f}." in least
+
+
+def test_the_jump_on_the_ellipsoid_falls_as_told() -> None:
+    text = explanation("cubic-interpolant", "ellipsoid", "epsilon_deg", 4)
+    one, two = (registry.measure(fitted("cubic-interpolant", "ellipsoid", level))["epsilon_deg"] for level in (1, 2))
+    assert f"{one:.2f} degrees after one halving and {two:.2f} after two" in text
+
+
+@pytest.mark.parametrize(("scheme", "printed"), [("cubic-interpolant", 5), ("quadratic-interpolant", 3)])
+def test_spheres_are_worth_one_order_without_a_symmetric_mesh(scheme: str, printed: int) -> None:
+    text = explanation(scheme, "sphere", "distance_max", None)
+    corners = np.array([[0.0, 0.0], [1.0, 0.13], [0.31, 0.77]])
+
+    def order(dataset: str) -> float:
+        """Local order of the distance on one triangle that shrinks towards a corner."""
+        surface = registry.dataset(dataset).surface
+        assert surface is not None
+        errors = []
+        for size in (0.05, 0.025):
+            points = on_surface(dataset, size * corners + np.array([0.35, 0.21]))
+            fit = registry.scheme(scheme).fit(surface.sample(points, np.array([[0, 1, 2]])))
+            reached = fit.batches[0].jets(lattice(3, 20), 0).f.reshape(-1, 3)
+            errors.append(norm(reached - surface.closest(reached)).max())
+        return float(np.log2(errors[0] / errors[1]))
+
+    assert f"shows {order('sphere'):.0f} too, and {order('graph'):.0f} on the generic surface" in text
+    assert round(order("ellipsoid")) == printed + 1
+    assert round(order("graph")) == printed
+
+
+def on_surface(dataset: str, plane: Float) -> Float:
+    """Points of the upper half of a surface over points of the plane, stretched with the ellipsoid's axes."""
+    if dataset == "graph":
+        surface = registry.dataset(dataset).surface
+        straight: Float = surface.over(plane)  # type: ignore[union-attr]  # the graph's own
+        return straight
+    sphere = np.column_stack([plane, np.sqrt(1.0 - (plane**2).sum(axis=1))])
+    stretched: Float = sphere * ([1.0, 2.0**0.5, 2.0] if dataset == "ellipsoid" else 1.0)
+    return stretched
+
+
+def test_the_refined_octahedron_has_the_vertices_that_euler_counts() -> None:
+    mesh: HermiteMesh = registry.dataset("octahedron").mesh(1)
+    assert (len(mesh.points), len(mesh.edges), len(mesh.faces)) == (18, 48, 32)
+    text = explanation("cubic-interpolant", "octahedron", "vertices", 1)
+    assert "32 faces" in text
+    assert "48 edges" in text
+    assert "18 vertices" in text
