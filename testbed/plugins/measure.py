@@ -31,12 +31,15 @@ class Column:
         Whether it goes to zero with the edge length, so that its order is estimated.
     exact
         Whether it needs the exact surface.
+    optional
+        Whether it is left out for other reasons where the surface or its data have no such number.
     """
 
     name: str
     meaning: str
     converges: bool = False
     exact: bool = False
+    optional: bool = False
 
 
 class Survey:
@@ -111,7 +114,8 @@ def measure_all(measures: Sequence[Measure], surface: Surface, exact: ExactSurfa
     for one in measures:
         values = one.measure(survey)
         declared = [column.name for column in one.columns if exact is not None or not column.exact]
-        if set(values) != set(declared):
+        optional = {column.name for column in one.columns if column.optional}
+        if (set(values) ^ set(declared)) - (optional - set(values)):
             different = ", ".join(sorted(set(values) ^ set(declared)))
             raise PluginError(
                 f"measure {one} declares other columns than it returns, {different}: declare and return the same ones"
@@ -121,5 +125,5 @@ def measure_all(measures: Sequence[Measure], surface: Surface, exact: ExactSurfa
             raise PluginError(
                 f"measure {one} returns column {repeated[0]}, as another measure does: give it a name of its own"
             )
-        result.update((name, values[name]) for name in declared)
+        result.update((name, values[name]) for name in declared if name in values)
     return result
