@@ -18,7 +18,13 @@ FACES = (
 
 @dataclass(frozen=True)
 class Icosahedron(SphereMesh):
-    """Regular icosahedron: 12 vertices, 20 faces."""
+    """Regular icosahedron: 12 vertices, 20 faces.
+
+    Parameters
+    ----------
+    radius
+        Radius of the sphere.
+    """
 
     name = "icosahedron"
     title = "Icosahedron"

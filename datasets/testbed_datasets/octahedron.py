@@ -20,6 +20,11 @@ class Octahedron(SphereMesh):
     """Octahedron on the axes: 6 vertices, 8 faces; level 1 (18 vertices, 32 faces) is the thesis's refined octahedron.
 
     The thesis says the refined mesh has twenty vertices; halving gives eighteen.
+
+    Parameters
+    ----------
+    radius
+        Radius of the sphere.
     """
 
     name = "octahedron"

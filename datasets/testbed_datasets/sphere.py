@@ -73,7 +73,13 @@ class SphereMesh(Dataset):
 
 @dataclass(frozen=True)
 class Sphere(SphereMesh):
-    """Sphere, latitude-longitude: 6 meridians, rings at -30 and +30 degrees, two poles; 14 vertices, 24 faces."""
+    """Sphere, latitude-longitude: 6 meridians, rings at -30 and +30 degrees, two poles; 14 vertices, 24 faces.
+
+    Parameters
+    ----------
+    radius
+        Radius of the sphere.
+    """
 
     name = "sphere"
     title = "Sphere, latitude-longitude"
