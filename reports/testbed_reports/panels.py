@@ -7,6 +7,7 @@ from typing import Final
 
 from testbed.harness.claims import SMOOTH_DEG
 from testbed_reports.grid import Grid, Row
+from testbed_reports.tables import CURVATURE_ROUNDING
 
 #: Quantities whose convergence is drawn: column, title, label of the axis.
 CONVERGING: Final = (
@@ -14,8 +15,6 @@ CONVERGING: Final = (
     ("normal_max_deg", "Largest normal error", "angle (degrees)"),
     ("epsilon_deg", "Largest normal jump ε", "angle (degrees)"),
 )
-#: Reference slopes where no order could be estimated.
-USUAL_ORDERS: Final = (2, 4)
 #: More reference slopes than this hide the data.
 MOST_SLOPES: Final = 4
 
@@ -61,6 +60,8 @@ class Panel:
         Values up to this count as none; None where nothing does.
     zeros
         Texts of the schemes that are zero on a level, which a logarithmic axis cannot show.
+    rounding
+        Differences up to this are rounding, and an axis that is not logarithmic does not resolve them.
     """
 
     title: str
@@ -70,6 +71,7 @@ class Panel:
     slopes: tuple[int, ...] = ()
     smooth: float | None = None
     zeros: tuple[str, ...] = ()
+    rounding: float = 0.0
 
 
 def panels(grid: Grid, dataset: str) -> tuple[Panel, ...]:
@@ -104,7 +106,9 @@ def curvature(grid: Grid, dataset: str) -> Panel:
             for column in ("gauss_max", "gauss_min"):
                 values = tuple(float(row[column]) for row in rows)
                 lines.append(Line(position, _lengths(rows), values, (True,) * len(rows), column == "gauss_min"))
-    return Panel("Gaussian curvature, max and min", "K (1/length²)", tuple(lines), logarithmic=False)
+    longest = max((h for line in lines for h in line.h), default=1.0)
+    rounding = CURVATURE_ROUNDING / longest**2
+    return Panel("Gaussian curvature, max and min", "K (1/length²)", tuple(lines), logarithmic=False, rounding=rounding)
 
 
 def _with(rows: Iterable[Row], columns: Sequence[str]) -> list[Row]:
@@ -122,9 +126,9 @@ def _used(grid: Grid, scheme: str, dataset: str, column: str) -> frozenset[int]:
 
 
 def _slopes(grid: Grid, dataset: str, column: str) -> tuple[int, ...]:
-    """Return whole orders next to those estimated, spread over them if they are many."""
+    """Return whole orders next to those estimated, spread over them if they are many; none where none was."""
     orders = [row["order"] for (_, on, quantity), row in grid.orders.items() if (on, quantity) == (dataset, column)]
     whole = sorted({round(order) for order in orders if order is not None and 0.5 < order < 12.5})
     if len(whole) > MOST_SLOPES:
         whole = [whole[round(i * (len(whole) - 1) / (MOST_SLOPES - 1))] for i in range(MOST_SLOPES)]
-    return tuple(whole) or USUAL_ORDERS
+    return tuple(whole)

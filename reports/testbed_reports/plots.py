@@ -30,8 +30,8 @@ SETTINGS: Final[Mapping[Any, Any]] = {
     "lines.markersize": 5.0,
     "path.simplify": False,
 }
-#: A logarithmic axis does not go below this: what is less is rounding, whatever it is.
-LEAST: Final = 1e-17
+#: A logarithmic axis does not go farther below its largest value than by this factor.
+LEAST: Final = 1e-25
 #: Curvatures within this many times their median are drawn on a linear axis.
 LINEAR: Final = 12.0
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -91,10 +91,10 @@ def _fill(axes: "Axes", panel: Panel) -> None:
     values = sorted(value for line in panel.lines for value in line.values)
     _length_axis(axes, sorted({length for line in panel.lines for length in line.h}))
     if panel.logarithmic:
-        _power_axis(axes, max(values[0], LEAST), values[-1])
+        _power_axis(axes, max(values[0], LEAST * values[-1]), values[-1])
         _references(axes, panel)
     else:
-        _signed_axis(axes, values)
+        _signed_axis(axes, values, panel.rounding)
     for line in panel.lines:
         look = style(line.position)
         dashes = (0, (3.0, 1.5)) if line.dashed else "solid"
@@ -150,17 +150,23 @@ def _power(power: int) -> str:
     return "1" if power == 0 else "10" if power == 1 else "10" + str(power).translate(_SUPERSCRIPTS)
 
 
-def _signed_axis(axes: "Axes", values: list[float]) -> None:
+def _signed_axis(axes: "Axes", values: list[float], rounding: float) -> None:
     """Linear, or where a few values dwarf the others logarithmic on both sides of a linear middle."""
     from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
-    sizes = sorted(abs(value) for value in values if value)
-    usual = sizes[len(sizes) // 2] if sizes else 1.0
-    largest = sizes[-1] if sizes else 1.0
+    sizes = sorted(abs(value) for value in values if abs(value) > rounding)
+    if not sizes:
+        reach = max(rounding, LEAST)
+        axes.set_ylim(-reach, reach)
+        axes.yaxis.set_major_locator(FixedLocator([0.0]))
+        axes.yaxis.set_major_formatter(FixedFormatter(["0"]))
+        return
+    usual, largest = sizes[len(sizes) // 2], sizes[-1]
     if largest <= LINEAR * usual:
         axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}".replace("-", "−")))
-        axes.margins(y=0.07)
+        low, high = values[0], max(values[-1], values[0] + rounding)
+        axes.set_ylim(low - 0.07 * (high - low), high + 0.07 * (high - low))
         return
     middle = 10.0 ** math.floor(math.log10(usual))
     axes.set_yscale("symlog", linthresh=middle, linscale=1.0)
@@ -168,11 +174,17 @@ def _signed_axis(axes: "Axes", values: list[float]) -> None:
     decades = decades[:: max(1, math.ceil(len(decades) / 5))]
     ticks = [0.0] + [sign * 10.0**power for power in decades for sign in (-1.0, 1.0)]
     ticks = [tick for tick in sorted(ticks) if min(values[0], 0.0) * 1.5 <= tick <= max(values[-1], 0.0) * 1.5]
-    labels = [f"{tick:g}" if abs(tick) < 1e4 and (abs(tick) > 1e-4 or not tick) else f"{tick:.0e}" for tick in ticks]
+    labels = [_signed(tick) for tick in ticks]
     axes.set_ylim(min(values[0] * 1.6, -0.2 * middle), max(values[-1] * 1.6, 0.2 * middle))
     axes.yaxis.set_major_locator(FixedLocator(ticks))
-    axes.yaxis.set_major_formatter(FixedFormatter([label.replace("-", "−") for label in labels]))
+    axes.yaxis.set_major_formatter(FixedFormatter(labels))
     axes.yaxis.set_minor_locator(NullLocator())
+
+
+def _signed(tick: float) -> str:
+    """Return a power of ten with its sign, or zero."""
+    sign = "−" if tick < 0.0 else ""
+    return sign + _power(round(math.log10(abs(tick)))) if tick else "0"
 
 
 def _references(axes: "Axes", panel: Panel) -> None:
@@ -180,8 +192,12 @@ def _references(axes: "Axes", panel: Panel) -> None:
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     if panel.smooth is not None and bottom < panel.smooth:
         axes.axhspan(bottom, min(panel.smooth, top), color="#f0f0f0", zorder=0.5, linewidth=0)
-        low = bottom * (top / bottom) ** 0.015
-        axes.text(left * 1.04, low, "counts as none", color="#555555", fontsize=7.5, va="bottom")
+        # at the end of the band where the finest level's values leave more room
+        ceiling = min(panel.smooth, top)
+        within = [line.values[-1] for line in panel.lines if line.values[-1] <= ceiling]
+        above = math.log(ceiling / max(within, default=bottom)) > math.log(min(within, default=ceiling) / bottom)
+        height, side = (ceiling / 1.5, "top") if above else (bottom * 1.2, "bottom")
+        axes.text(left * 1.04, height, "counts as none", color="#555555", fontsize=7.5, va=side)
     lengths = [length for line in panel.lines for length in line.h]
     start, end = max(lengths), min(lengths)
     if end == start:

@@ -19,17 +19,33 @@ CONTESTS: Final = (
         Quantity("gauss_max", "", "", "spread"),
     ),
 )
-#: Schemes named as equally good; more are counted.
+#: As many schemes, datasets or claims are named in a sentence; more are counted.
 MOST_NAMED: Final = 3
 
 
 @dataclass(frozen=True)
 class Winner:
-    """Who is best at something on a dataset: positions and texts of the schemes that read the same, and the value."""
+    """Who is best at something on a dataset.
+
+    Parameters
+    ----------
+    schemes
+        Positions and texts of the schemes whose values read the same.
+    value, exact
+        The value.
+    ranked
+        How many schemes could be ranked.
+    """
 
     schemes: tuple[tuple[int, str], ...]
     value: str
     exact: str
+    ranked: int
+
+    @property
+    def alike(self) -> bool:
+        """Whether most schemes are as good, so that being among them does not stand out."""
+        return 2 * len(self.schemes) > self.ranked
 
 
 @dataclass(frozen=True)
@@ -60,7 +76,7 @@ def _winner(grid: Grid, dataset: str, level: int, quantity: Quantity) -> Winner 
         return None
     least = min(ranked)[0]
     same = tuple((place, grid.schemes[place]) for value, place in ranked if shorten(value) == shorten(least))
-    return Winner(same, shorten(least), repr(least))
+    return Winner(same, shorten(least), repr(least), len(ranked))
 
 
 def sentences(grid: Grid, missing: int) -> tuple[str, ...]:
@@ -94,25 +110,32 @@ def _sentences(grid: Grid, missing: int) -> Iterator[str]:
         if row["verdict"] == "missed":
             missed.setdefault((row["scheme"], row["claim"]), []).append(row["dataset"])
     if missed:
-        yield "Missed: " + "; ".join(f"{who}, {what}, on {listed(on)}" for (who, what), on in missed.items()) + "."
+        yield f"Missed: {_some([f'{who}, {what}, on {_on(on)}' for (who, what), on in missed.items()])}."
 
 
 def _victories(grid: Grid) -> Iterator[str]:
     found = contests(grid)
     for number, (_, phrase, _) in enumerate(CONTESTS):
-        held = [(one.dataset, one.winners[number]) for one in found if one.winners[number] is not None]
+        held = [(one.dataset, winner) for one in found if (winner := one.winners[number]) is not None]
         by_scheme: dict[str, list[str]] = {}
         for dataset, winner in held:
-            if winner is not None and len(winner.schemes) <= MOST_NAMED:
+            if winner is not None and not winner.alike:
                 for _, scheme in winner.schemes:
                     by_scheme.setdefault(scheme, []).append(dataset)
         if by_scheme:
             ordered = sorted(by_scheme.items(), key=lambda item: (-len(item[1]), item[0]))
             parts = [f"{who} on {_on(won, len(held))}" for who, won in ordered]
-            yield f"{phrase[0].upper()}{phrase[1:]}: {'; '.join(parts)}."
+            yield f"{phrase[0].upper()}{phrase[1:]}: {_some(parts)}."
 
 
-def _on(won: list[str], total: int) -> str:
-    if len(won) == total > 1:
+def _some(parts: list[str]) -> str:
+    rest = len(parts) - MOST_NAMED
+    return "; ".join([*parts[:MOST_NAMED], *([f"and {rest} more"] if rest > 0 else [])])
+
+
+def _on(datasets: list[str], total: int | None = None) -> str:
+    if len(datasets) == total and total > 1:
         return f"all {total} datasets"
-    return listed(won) if len(won) <= MOST_NAMED else f"{len(won)} of {total} datasets"
+    if len(datasets) <= MOST_NAMED:
+        return listed(datasets)
+    return f"{len(datasets)} datasets" if total is None else f"{len(datasets)} of {total} datasets"

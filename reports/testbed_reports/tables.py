@@ -1,16 +1,16 @@
-"""What the tables of a dataset show: schemes at one level, every level, every order."""
+"""What the tables of a dataset show: schemes at one level, and every level."""
 
-import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from testbed.harness.claims import SMOOTH_DEG
 from testbed.harness.plan import PlannedDataset
 from testbed.measures.convergence import FLOOR
-from testbed_reports.formatting import NOTHING, Entry, entry, shorten
+from testbed_reports.formatting import Entry, entry, shorten
 from testbed_reports.grid import Grid, Row, is_ok
+from testbed_reports.orders import order_entry
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,13 @@ KNOWN: Final = (
 )
 LAST: Final = (
     Quantity("curvature_corner_margin", "", "corner margin"),
-    Quantity("fallbacks", "", "fallbacks"),
+    Quantity("fallbacks", "", "fall\N{SOFT HYPHEN}backs"),
     Quantity("fit_seconds", "", "fit (s)"),
 )
 #: Shapes of constant curvature.
 CONSTANT: Final = ("spheres", "planes")
+#: Gaussian curvature times the square of the edge length, and mean curvature times it, up to which they are rounding.
+CURVATURE_ROUNDING: Final = 1e-10
 #: Columns that count edges with a larger angle, named for it: ``edges_above_0p057_deg``.
 _SHARE: Final = re.compile(r"edges_above_(\d+(?:p\d+)?)_deg")
 
@@ -130,6 +132,7 @@ def comparison(grid: Grid, dataset: str, level: int) -> Table:
             table.append(SchemeRow(position, scheme, (), trouble(row)))
             continue
         order = order_entry(grid, scheme, dataset, "distance_max")
+        order = replace(order, text=f"{order.text} {order.place}".strip(), place="")
         entries = (order if one.column == ORDER else _of(row, one.column, percent=one.percent) for one in shown)
         marked = (replace(found, best=position in marks[one.column]) for found, one in zip(entries, shown, strict=True))
         table.append(SchemeRow(position, scheme, tuple(marked)))
@@ -171,7 +174,9 @@ def score(row: Row | None, quantity: Quantity, shape: str | None = None) -> floa
         low, high = row.get(f"{stem}_min"), row.get(f"{stem}_max")
         if low is None or high is None or (shape != "planes" and low == high == 0.0):
             return None
-        return float(high) - float(low)
+        spread = float(high) - float(low)
+        power = 2 if stem == "gauss" else 1
+        return 0.0 if spread * float(row["h"] or 0.0) ** power <= CURVATURE_ROUNDING else spread
     value = row.get(quantity.column)
     if value is None:
         return None
@@ -238,49 +243,6 @@ def _coordinate(text: str) -> str:
         return f"{float(text):.3f}"
     except ValueError:
         return text
-
-
-def order_entry(grid: Grid, scheme: str, dataset: str, quantity: str) -> Entry:
-    """Return an order with its interval as an entry; where there is none, why."""
-    row = grid.orders.get((scheme, dataset, quantity))
-    if row is None:
-        return Entry(NOTHING, "no measure gives this quantity")
-    if row["order"] is None:
-        return Entry(NOTHING, str(row["reason"]))
-    order, low, high = float(row["order"]), float(row["low"]), float(row["high"])
-    if math.isinf(order):
-        return Entry("exact", "all errors are at the rounding floor")
-    exact = f"{order!r}, from {low!r} to {high!r}, over levels {row['levels_used']}"
-    return Entry(f"{order:.2f}", exact, place=f"[{low:.2f}, {high:.2f}]")
-
-
-@dataclass(frozen=True)
-class OrderRow:
-    """An estimated order and what came of the claim."""
-
-    position: int
-    scheme: str
-    quantity: str
-    order: Entry
-    levels_used: str
-    claimed: Entry
-    verdict: str
-    reason: str
-
-
-def every_order(grid: Grid, dataset: str) -> tuple[OrderRow, ...]:
-    """Return all orders of a dataset."""
-    return tuple(_orders(grid, dataset))
-
-
-def _orders(grid: Grid, dataset: str) -> Iterator[OrderRow]:
-    positions = {scheme: position for position, scheme in enumerate(grid.schemes)}
-    for (scheme, on, quantity), row in grid.orders.items():
-        if on == dataset:
-            claimed = Entry(NOTHING) if row["claimed"] is None else Entry(f"{row['claimed']:g}")
-            order = order_entry(grid, scheme, dataset, quantity)
-            levels, why = str(row["levels_used"] or ""), str(row["reason"] or "")
-            yield OrderRow(positions[scheme], scheme, quantity, order, levels, claimed, str(row["verdict"]), why)
 
 
 def without_exact_surface(grid: Grid, dataset: PlannedDataset) -> bool:

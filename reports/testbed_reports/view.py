@@ -9,17 +9,15 @@ from testbed.harness.plan import PlannedDataset
 from testbed.harness.results import Results
 from testbed_reports.formatting import Entry, counted, seconds
 from testbed_reports.grid import Grid, is_ok
+from testbed_reports.orders import OrderRow, every_order, order_entry
 from testbed_reports.panels import Panel, panels
 from testbed_reports.styles import Style, style
 from testbed_reports.summary import CONTESTS, Contest, contests, sentences
 from testbed_reports.tables import (
     CONSTANT,
-    OrderRow,
     Table,
     comparison,
     every_level,
-    every_order,
-    order_entry,
     trouble,
     without_exact_surface,
 )

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from testbed.harness.cell import Outcome
 from testbed_reports.formatting import Entry
 from testbed_reports.grid import Grid, Row
+from testbed_reports.orders import every_order
 from testbed_reports.panels import panels
 from testbed_reports.summary import sentences
-from testbed_reports.tables import Quantity, best, comparison, every_level, every_order
+from testbed_reports.tables import Quantity, best, comparison, every_level
 from testbed_reports.verdicts import RANKED, judgements, rank
 from testbed_reports.view import view
 
@@ -20,7 +21,7 @@ SPREAD = Quantity("gauss_max", "", "", "spread")
 
 
 def row(status: str = "ok", **values: float | None) -> Row:
-    return {"status": status, "reason": "", "diameter": 1.0, **values}
+    return {"status": status, "reason": "", "diameter": 1.0, "h": 0.5, **values}
 
 
 def shown(entries: tuple[Entry, ...], headings: tuple[tuple[str, str], ...], heading: str) -> Entry:
@@ -48,6 +49,7 @@ def test_the_spread_of_curvature_is_ranked_where_the_exact_one_is_constant() -> 
     assert best(rows, SPREAD, "spheres") == {1}
     assert best(rows, SPREAD, "planes") == {0}
     assert not best(rows, SPREAD, "quadrics")
+    assert best([*rows, row(gauss_min=-1e-25, gauss_max=1e-17)], SPREAD, "planes") == {0, 3}
 
 
 @given(st.lists(st.tuples(st.sampled_from(RANKED), st.sampled_from("abcd")), max_size=12))
@@ -117,6 +119,25 @@ def test_the_best_scheme_is_marked_and_named_in_the_summary() -> None:
     table = comparison(grid, "ball", 3)
     assert [shown(one.entries, table.headings, "max").best for one in table.rows[:2]] == [False, True]
     assert any(text.startswith("The smallest distance") and "p4 on ball" in text for text in sentences(grid, 4))
+
+
+def test_the_summary_stays_short_however_much_there_is_to_say() -> None:
+    def make(scheme: str, dataset: str, level: int) -> Outcome:
+        return good(scheme, dataset, level, gap_max=1.0, distance_max=0.5**level * (1.0 + len(scheme) // 4))
+
+    page = view(results([f"p{'x' * number}" for number in range(30)], [f"d{number}" for number in range(5)], 3, make))
+    missed = page.sentences[-1]
+    assert missed.startswith("Missed: ")
+    assert missed.endswith("; and 87 more.")
+    assert all(len(sentence) < 300 for sentence in page.sentences)
+
+
+def test_what_most_schemes_reach_does_not_stand_out() -> None:
+    page = view(results(make=lambda *at: good(at[0], at[1], at[2], distance_max=0.1)))
+    winner = page.contests[0].winners[0]
+    assert winner is not None
+    assert winner.alike
+    assert not any(sentence.startswith("The smallest distance") for sentence in page.sentences)
 
 
 def test_all_columns_have_numbers_with_their_places() -> None:
