@@ -14,11 +14,16 @@ from testbed.errors import Refused
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
+from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed.registry import catalogue, scheme
 
 #: Claims that are published, and do not hold as they stand; strict: one that comes to hold fails the test.
 EXPECTED_FAILURES: dict[tuple[str, str], str] = {}
+
+
+#: Schemes that take any boundary curve.
+ON_NETWORKS = [name for name, one in catalogue(Scheme).items() if "boundary" in one.__dataclass_fields__]  # type: ignore[type-abstract]
 
 
 @cache
@@ -33,6 +38,13 @@ def test_every_registered_scheme_has_the_property(spec: str, name: str, request:
         request.applymarker(pytest.mark.xfail(reason=EXPECTED_FAILURES[spec, name], strict=True))
     outcome = run(name, subject(spec))
     assert outcome.status is not Status.FAILED, outcome.detail
+
+
+@pytest.mark.parametrize("curve", catalogue(BoundaryCurve))  # type: ignore[type-abstract]
+@pytest.mark.parametrize("spec", ON_NETWORKS)
+def test_a_scheme_on_a_network_keeps_its_claims_on_every_boundary_curve(spec: str, curve: str) -> None:
+    failed = [one for one in check(scheme(f"{spec}[boundary={curve}]")) if one.status is Status.FAILED]
+    assert not failed
 
 
 @pytest.mark.parametrize("spec", catalogue(Scheme))  # type: ignore[type-abstract]

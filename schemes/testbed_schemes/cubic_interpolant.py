@@ -43,10 +43,18 @@ class CubicInterpolant(Scheme):
     title = "Cubic interpolant"
     reference = "Mann 1992, section 3.2"
     needs = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
-    matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
     continuity = Continuity.C0
-    order = 5  # conjectured in section 3.4
     reproduces = (Shape.PLANES,)
+
+    @property
+    def matches(self) -> Data:  # type: ignore[override]  # a claim that the boundary curves decide
+        """What the boundary curves match: the centre adds the mixed part of the second fundamental form."""
+        return self.boundary.matches
+
+    @property
+    def order(self) -> float | None:  # type: ignore[override]  # likewise
+        """Five, conjectured in section 3.4, on boundary curves that match the curvature of the data."""
+        return 5.0 if Data.SECOND_FORMS in self.boundary.matches else None
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Return the cubic triangles; counts faces whose three planes do not meet in a point."""

@@ -41,7 +41,7 @@ def list_command(kind: str | None, *, as_json: bool) -> None:
                 table.add_column(heading)
         table.add_column("reference", style="dim")
         for plugin in plugins.values():
-            extra = (_claims(plugin), _needs(plugin)) if issubclass(plugin, Scheme) else ()
+            extra = (_claims(plugin()), _needs(plugin())) if issubclass(plugin, Scheme) else ()
             table.add_row(*map(escape, (plugin.name, plugin.title, *extra, plugin.reference)))
         console.print(table)
         console.print()
@@ -69,7 +69,7 @@ def info_command(name: str, *, as_json: bool) -> None:
         console.print(f"[bold]{escape(plugin.title)}[/bold]  ({KINDS[kind][1]} {plugin.name})")
         console.print(f"{escape(plugin.reference)}\n")
         if issubclass(plugin, Scheme):
-            console.print(f"claims   {escape(_claims(plugin))}\nneeds    {escape(_needs(plugin))}\n")
+            console.print(f"claims   {escape(_claims(plugin()))}\nneeds    {escape(_needs(plugin()))}\n")
         parameters = dataclasses.fields(plugin)
         if parameters:
             table = Table("parameter", "default", "type", box=None, pad_edge=False)
@@ -83,9 +83,9 @@ def info_command(name: str, *, as_json: bool) -> None:
         console.print(f"\n[dim]{escape(plugin.__module__)}[/dim]\n{escape(inspect.cleandoc(module.__doc__ or ''))}\n")
 
 
-def _needs(scheme: type[Scheme]) -> str:
+def _needs(scheme: Scheme) -> str:
     needs = Data.POINTS
-    for plugin in scheme().nested():
+    for plugin in scheme.nested():
         needs |= getattr(plugin, "needs", Data.POINTS)
     return _words(needs)
 
@@ -94,7 +94,7 @@ def _words(data: Data) -> str:
     return ", ".join(str(flag.name).lower().replace("_", " ") for flag in data)
 
 
-def _claims(scheme: type[Scheme]) -> str:
+def _claims(scheme: Scheme) -> str:
     claims = [scheme.continuity.value, *([f"order {scheme.order:g}"] if scheme.order is not None else [])]
     return ", ".join([*claims, *(shape.value for shape in scheme.reproduces)])
 
@@ -109,13 +109,14 @@ def _record(plugin: type[Plugin]) -> dict[str, Any]:
         "documentation": inspect.cleandoc(plugin.__doc__ or ""),
     }
     if issubclass(plugin, Scheme):
+        scheme = plugin()
         record |= {
-            "continuity": plugin.continuity.value,
-            "order": plugin.order,
-            "reproduces": [shape.value for shape in plugin.reproduces],
-            "matches": _words(plugin.matches),
-            "needs": _needs(plugin),
-            "domain": list(plugin.domain),
-            "support": plugin.support,
+            "continuity": scheme.continuity.value,
+            "order": scheme.order,
+            "reproduces": [shape.value for shape in scheme.reproduces],
+            "matches": _words(scheme.matches),
+            "needs": _needs(scheme),
+            "domain": list(scheme.domain),
+            "support": scheme.support,
         }
     return record

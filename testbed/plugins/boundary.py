@@ -23,10 +23,13 @@ class BoundaryCurve(Plugin):
     ----------
     needs
         Data it reads at the vertices.
+    matches
+        Data its curves match there: the tangent plane, and the normal curvature in the curve's direction (claim).
     """
 
     needs: ClassVar[Data]
-    required: ClassVar[tuple[str, ...]] = (*Plugin.required, "needs")
+    matches: ClassVar[Data]
+    required: ClassVar[tuple[str, ...]] = (*Plugin.required, "needs", "matches")
 
     @abstractmethod
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:

@@ -52,6 +52,8 @@ def check_needs(plugin: Plugin, needs: Data, mesh: HermiteMesh) -> None:
 class Scheme(Plugin):
     """An interpolation scheme; a frozen dataclass whose fields are its parameters.
 
+    A claim that the parameters decide may be a property; claims are read from objects, not from the class.
+
     Attributes
     ----------
     domain

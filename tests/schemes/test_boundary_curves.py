@@ -1,7 +1,6 @@
 """Boundary curves: what each matches, and that it depends on its own edge only, in any position, size and direction."""
 
 import dataclasses
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -11,6 +10,8 @@ from testbed.errors import Refused, SpecError
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float, cross, dot, norm, quadratic_form, tangential, unit
 from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.scheme import Data
+from testbed.registry import catalogue
 from testbed_schemes.boundary_curves.circular import Circular
 from testbed_schemes.boundary_curves.hermite import Hermite, speed_variation
 from testbed_schemes.boundary_curves.optimized import Optimized, best_speeds
@@ -209,12 +210,25 @@ def test_a_circular_curve_over_an_arc_has_its_middle_on_the_circle(degrees: floa
     assert norm(middle.sum(axis=0)) == pytest.approx(2.0, rel=1e-13)
 
 
-@pytest.mark.parametrize("root", ["best", "worst"])
-def test_hermite_curves_have_the_normal_curvature_of_the_data(root: Literal["best", "worst"]) -> None:
+def test_every_registered_curve_is_tested_here() -> None:
+    assert {type(curve) for curve in CURVES} >= set(catalogue(BoundaryCurve).values())  # type: ignore[type-abstract]
+
+
+@pytest.mark.parametrize("boundary", [curve for curve in CURVES if Data.SECOND_FORMS not in curve.matches], ids=str)
+def test_what_does_not_claim_the_curvature_of_the_data_does_not_have_it(boundary: BoundaryCurve) -> None:
+    edges = sampled_edges(200)
+    assert edges.W0 is not None
+    curves, _ = boundary.curves(edges)
+    t0 = unit(curves[:, 1] - curves[:, 0])
+    assert np.abs(normal_curvatures(curves, edges)[0] - quadratic_form(t0, edges.W0, t0)).max() > 1e-3
+
+
+@pytest.mark.parametrize("boundary", [curve for curve in CURVES if Data.SECOND_FORMS in curve.matches], ids=str)
+def test_what_claims_the_normal_curvature_of_the_data_has_it(boundary: BoundaryCurve) -> None:
     edges = sampled_edges(2000)
     assert edges.W0 is not None
     assert edges.W1 is not None
-    curves, notes = Hermite(root=root).curves(edges)
+    curves, notes = boundary.curves(edges)
     assert notes == {}
     at_start, at_end = normal_curvatures(curves, edges)
     t0, t1 = unit(curves[:, 1] - curves[:, 0]), unit(curves[:, 3] - curves[:, 2])

@@ -23,6 +23,7 @@ class Circular(BoundaryCurve):
     title = "Circular arc"
     reference = "fill: the cubic approximation of a circular arc, end by end"
     needs = Data.NORMALS
+    matches = Data.POINTS | Data.NORMALS
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return p0, p0 + d0 t0, p1 - d1 t1, p1 with d = 2 L / (3 (1 + c)), (E, 4, 3)."""

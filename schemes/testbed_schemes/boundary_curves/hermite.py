@@ -63,6 +63,7 @@ class Hermite(BoundaryCurve):
     title = "Geometric Hermite"
     reference = "de Boor, Hollig and Sabin 1987; Mann 1992, sections 2.4.4 and 3.2"
     needs = Data.NORMALS | Data.SECOND_FORMS
+    matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
 
     def __post_init__(self) -> None:
         if len(self.guard) != 2 or not 0.0 < self.guard[0] < self.guard[1]:

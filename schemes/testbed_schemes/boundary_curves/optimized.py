@@ -50,6 +50,7 @@ class Optimized(BoundaryCurve):
     title = "Optimized"
     reference = "Mann 1994, section 3"
     needs = Data.NORMALS | Data.SECOND_FORMS
+    matches = Data.POINTS | Data.NORMALS
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return the curves at the lowest minimum found, (E, 4, 3); planar curves, counted, where none was."""

@@ -22,6 +22,7 @@ class Projected(BoundaryCurve):
     title = "Projected chord"
     reference = "Mann 1992, section 2.4.3"
     needs = Data.NORMALS
+    matches = Data.POINTS | Data.NORMALS
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return p0, p0 + L t0 / 3, p1 - L t1 / 3, p1 with t the unit projected chord, (E, 4, 3)."""
