@@ -26,10 +26,18 @@ from testbed.errors import Refused, SpecError
 from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, cross, norm, tangential, unit
+from testbed.geometry.vectors import Bool, Float, cross, dot, norm, tangential
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import PARALLEL, edge_normals, projected_tangents
-from testbed_schemes.side_vertex import CORNER_MARGIN, hermite_derivative, hermite_deviation, side_vertex_blend
+from testbed_schemes.side_vertex import (
+    CORNER_MARGIN,
+    J,
+    K,
+    hermite_derivative,
+    hermite_deviation,
+    hermite_weights,
+    side_vertex_blend,
+)
 
 Tangents: TypeAlias = Literal["chord", "circular"]
 
@@ -77,49 +85,86 @@ class Nielson(Scheme):
         # tangents at corner i towards corners i + 1 and i + 2
         ends = np.stack([np.roll(points, -1, axis=1), np.roll(points, -2, axis=1)], axis=2)
         legs = tangent(ends - points[:, :, None], normals[:, :, None], self.fullness, self.tangents)
-        data = {"points": points, "normals": normals, "legs": legs}
+        data = patch_data(points, normals, legs)
         return Surface.over_faces(mesh, BlendedTriangles(formula, data, points, legs, CORNER_MARGIN))
 
 
-def nielson_patch(
-    b0: Float, b1: Float, b2: Float, points: Float, normals: Float, legs: Float, fullness: float, tangents: Tangents
-) -> Float:
-    """Points (..., 3) of the patch from vertices and normals (..., 3, 3) and its corner tangents (..., 3, 2, 3)."""
+def patch_data(points: Float, normals: Float, legs: Float) -> dict[str, Float]:
+    """What the formula takes: vertices, normals and sides (P, 3, 3) from the corner tangents (P, 3, 2, 3), by vertex.
 
-    def deviation(i: int, r: Float, rest: Float, s: Float, rest_s: Float) -> Float:
-        j, k = (i + 1) % 3, (i + 2) % 3
-        side = points[..., k, :] - points[..., j, :]
-        leaving, arriving = legs[..., j, 0, :], -legs[..., k, 1, :]
+    The side of a vertex is the opposite one, from vertex j to vertex k.
+    """
+    leaving, arriving = legs[:, J, 0], -legs[:, K, 1]
+    return {
+        "points": points,
+        "normals": normals,
+        "to_j": points[:, J] - points,
+        "to_k": points[:, K] - points,
+        "side": points[:, K] - points[:, J],
+        "leaving": leaving,
+        "arriving": arriving,
+        "across_j": cross(normals[:, J], leaving),
+        "across_k": cross(normals[:, K], arriving),
+    }
+
+
+def nielson_patch(
+    b0: Float,
+    b1: Float,
+    b2: Float,
+    points: Float,
+    normals: Float,
+    to_j: Float,
+    to_k: Float,
+    side: Float,
+    leaving: Float,
+    arriving: Float,
+    across_j: Float,
+    across_k: Float,
+    fullness: float,
+    tangents: Tangents,
+) -> Float:
+    """Points (..., 3) of the patch from :func:`patch_data`, (..., 3, 3) each."""
+
+    def deviation(r: Float, rest: Float, s: Float, rest_s: Float) -> Float:
         # the side's point, seen from the flat side and from the vertex, and its normal
         off_side = hermite_deviation(side, leaving, arriving, s, rest_s)
-        to_j, to_k = points[..., j, :] - points[..., i, :], points[..., k, :] - points[..., i, :]
         chord = rest_s[..., None] * to_j + s[..., None] * to_k + off_side
-        normal = unit(side_normal(side, leaving, arriving, normals[..., j, :], normals[..., k, :], s, rest_s))
-        # the curve to it
-        start, end = (tangent(chord, n, fullness, tangents) for n in (normals[..., i, :], normal))
-        return r[..., None] * off_side + hermite_deviation(chord, start, end, r, rest)
+        normal = side_normal(side, leaving, arriving, across_j, across_k, s, rest_s)
+        # the curve to it; its tangents are stretch (chord - height n)
+        square, size = dot(chord, chord), dot(normal, normal)
+        along, first, last = hermite_weights(r, rest)
+        height0, height1 = dot(chord, normals), dot(chord, normal)
+        # by Pythagoras the cosine between chord and tangent is that of the sine height / |chord| |n|
+        cosine0, cosine1 = (np.sqrt(1.0 - sine2) for sine2 in (height0**2 / square, height1**2 / (square * size)))
+        first, last = first * stretch(cosine0, fullness, tangents), last * stretch(cosine1, fullness, tangents)
+        return (
+            r[..., None] * off_side
+            + (along + first - last)[..., None] * chord
+            - (first * height0)[..., None] * normals
+            + (last * (height1 / size))[..., None] * normal
+        )
 
     return side_vertex_blend(deviation, points, b0, b1, b2)
 
 
 def side_normal(
-    side: Float, leaving: Float, arriving: Float, normal0: Float, normal1: Float, s: Float, rest_s: Float
+    side: Float, leaving: Float, arriving: Float, across0: Float, across1: Float, s: Float, rest_s: Float
 ) -> Float:
     """Normals (..., 3) of g_n, not of length one: X'(s) x ((1 - s) N_j x X'(0) + s N_k x X'(1))."""
-    across = rest_s[..., None] * cross(normal0, leaving) + s[..., None] * cross(normal1, arriving)
+    across = rest_s[..., None] * across0 + s[..., None] * across1
     return cross(hermite_derivative(side, leaving, arriving, s, rest_s), across)
 
 
 def tangent(chord: Float, normal: Float, fullness: float, tangents: Tangents) -> Float:
     """Tangents (..., 3) of g_v: the chord projected onto the tangent plane, made as long as ``tangents`` says."""
     projected = tangential(chord, normal)
-    length, shadow = norm(chord), norm(projected)
-    if tangents == "chord":
-        factor = fullness * length / shadow
-    else:
-        # the unit tangent is projected / shadow, and c = shadow / length
-        factor = 2.0 * fullness * length * length / (shadow * (length + shadow))
-    return factor[..., None] * projected
+    return stretch(norm(projected) / norm(chord), fullness, tangents)[..., None] * projected
+
+
+def stretch(c: Float, fullness: float, tangents: Tangents) -> Float:
+    """Factor (...) on the projected chord; c is the cosine of the angle between the chord and its projection."""
+    return fullness / c if tangents == "chord" else 2.0 * fullness / (c * (1.0 + c))
 
 
 def check_edges(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> None:
@@ -131,7 +176,7 @@ def check_edges(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> None:
     refuse(mesh, undefined, "is parallel to the normal at one of its ends")
     leaving, arriving = tangent(chord, n0, fullness, tangents), tangent(chord, n1, fullness, tangents)
     half = np.full(len(chord), 0.5)
-    middle = side_normal(chord, leaving, arriving, n0, n1, half, half)
+    middle = side_normal(chord, leaving, arriving, cross(n0, leaving), cross(n1, arriving), half, half)
     vanishes: Bool = np.asarray(~(norm(middle) > PARALLEL * length**2))
     refuse(mesh, vanishes, "has no normal half-way, where those of its ends cancel out")
 
