@@ -26,7 +26,7 @@ from testbed.errors import Refused, SpecError
 from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, cross, dot, norm, tangential
+from testbed.geometry.vectors import Bool, Float, cross, norm, tangential
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import PARALLEL, edge_normals, projected_tangents
 from testbed_schemes.side_vertex import (
@@ -132,9 +132,9 @@ def nielson_patch(
         chord = rest_s[..., None] * to_j + s[..., None] * to_k + off_side
         normal = side_normal(side, leaving, arriving, across_j, across_k, s, rest_s)
         # the curve to it; its tangents are stretch (chord - height n)
-        square, size = dot(chord, chord), dot(normal, normal)
+        square, size = np.vecdot(chord, chord), np.vecdot(normal, normal)
         along, first, last = hermite_weights(r, rest)
-        height0, height1 = dot(chord, normals), dot(chord, normal)
+        height0, height1 = np.vecdot(chord, normals), np.vecdot(chord, normal)
         # by Pythagoras the cosine between chord and tangent is that of the sine height / |chord| |n|
         cosine0, cosine1 = (np.sqrt(1.0 - sine2) for sine2 in (height0**2 / square, height1**2 / (square * size)))
         first, last = first * stretch(cosine0, fullness, tangents), last * stretch(cosine1, fullness, tangents)
@@ -153,7 +153,8 @@ def side_normal(
 ) -> Float:
     """Normals (..., 3) of g_n, not of length one: X'(s) x ((1 - s) N_j x X'(0) + s N_k x X'(1))."""
     across = rest_s[..., None] * across0 + s[..., None] * across1
-    return cross(hermite_derivative(side, leaving, arriving, s, rest_s), across)
+    normal: Float = np.cross(hermite_derivative(side, leaving, arriving, s, rest_s), across)
+    return normal
 
 
 def tangent(chord: Float, normal: Float, fullness: float, tangents: Tangents) -> Float:

@@ -20,7 +20,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from testbed.geometry import elementary, truncated
 from testbed.geometry.jets import ROWS
-from testbed.geometry.vectors import Bool, Float, cross
+from testbed.geometry.vectors import Bool, Float
 
 
 class Taylor(NDArrayOperatorsMixin):
@@ -125,6 +125,8 @@ class Taylor(NDArrayOperatorsMixin):
         raise TypeError("a Taylor is not converted to an array: take .value or .coefficients")
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method == "__call__" and not kwargs and ufunc in _RULES:
+            return Taylor._of(_RULES[ufunc](*_operands(*inputs)))
         if method == "reduce" and ufunc in _REDUCTIONS:
             return _REDUCTIONS[ufunc](*inputs, **{"axis": 0, **kwargs})
         if method != "__call__" or kwargs:
@@ -132,8 +134,6 @@ class Taylor(NDArrayOperatorsMixin):
             raise TypeError(f"numpy.{ufunc.__name__}.{method}{options} is not defined on Taylor arguments")
         if ufunc in _ON_VALUES:
             return ufunc(*(x.value if isinstance(x, Taylor) else x for x in inputs))
-        if ufunc in _RULES:
-            return Taylor._of(_RULES[ufunc](*_operands(*inputs)))
         if ufunc in _CHOICES:
             return _CHOICES[ufunc](*inputs)
         raise TypeError(f"numpy.{ufunc.__name__} is not defined on Taylor arguments")
@@ -149,14 +149,17 @@ class Taylor(NDArrayOperatorsMixin):
 
 def _operands(*inputs: Any) -> list[Float]:
     """Planes of each input, of one order and with as many axes as the largest has; constants have one row."""
-    values = [x if isinstance(x, Taylor) else np.asarray(x, dtype=np.float64) for x in inputs]
-    ndim = max(x.ndim for x in values)
-    rows = min(len(x._planes) for x in values if isinstance(x, Taylor))
-    aligned = []
-    for x in values:
-        planes = x._planes[:rows] if isinstance(x, Taylor) else np.ascontiguousarray(x.T)[None] if x.ndim else x[None]
-        aligned.append(planes.reshape(planes.shape + (1,) * (ndim - x.ndim)))
-    return aligned
+    rows, planes = 6, []
+    for x in inputs:
+        if isinstance(x, Taylor):
+            planes.append(x._planes)
+            rows = min(rows, len(x._planes))
+        else:
+            value = np.asarray(x, dtype=np.float64)
+            planes.append((np.ascontiguousarray(value.T) if value.ndim else value)[None])
+    ndim = max([p.ndim for p in planes])
+    # most operations join arrays of equal order and equally many axes, and there is nothing to do
+    return [p[:rows].reshape(p[:rows].shape + (1,) * (ndim - p.ndim)) if p.ndim < ndim else p[:rows] for p in planes]
 
 
 def _power(a: Any, exponent: Any) -> Taylor:
@@ -185,8 +188,12 @@ _RULES: Mapping[np.ufunc, Callable[..., Float]] = MappingProxyType(
     }
 )
 
+#: Components of vectors, turned.
+_YZX, _ZXY = [1, 2, 0], [2, 0, 1]
+
 _CHOICES: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType(
     {
+        np.vecdot: lambda a, b: _vecdot(a, b),
         np.power: _power,
         np.absolute: lambda a: a * np.copysign(1.0, a.value),
         # a NaN is chosen, from either side
@@ -299,6 +306,19 @@ def _einsum(subscripts: str, *operands: Any) -> Taylor:
     return result
 
 
+def _vecdot(a: Any, b: Any) -> Taylor:
+    """Scalar product over the last value axis, in one multiplication."""
+    return _sum(a * b, -1)
+
+
+def _cross(a: Any, b: Any) -> Taylor:
+    """Vector product over the last value axis, in two multiplications of vectors whose components are turned."""
+    a, b = _same_order((a, b))
+    p, q = _operands(a, b)
+    (p_yzx, p_zxy), (q_yzx, q_zxy) = ((x[:, _YZX], x[:, _ZXY]) for x in (p, q))
+    return Taylor._of(truncated.multiply(p_yzx, q_zxy) - truncated.multiply(p_zxy, q_yzx))
+
+
 def _norm(a: Taylor, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Taylor:
     root: Taylor = np.sqrt(_sum(a**2, axis, keepdims))  # type: ignore[assignment]
     return root
@@ -315,7 +335,7 @@ _FUNCTIONS: Mapping[Any, Callable[..., Any]] = MappingProxyType(
         np.stack: _stack,
         np.concatenate: _concatenate,
         np.einsum: _einsum,
-        np.cross: cross,
+        np.cross: _cross,
         np.linalg.norm: _norm,
         np.where: _where,
         np.broadcast_to: _broadcast_to,

@@ -16,10 +16,14 @@ def _empty(p: Float, q: Float) -> Float:
     return np.empty((max(len(p), len(q)), *np.broadcast_shapes(p.shape[1:], q.shape[1:])))
 
 
-def _products_of_first(p: Float, q: Float) -> tuple[Float, Float, Float]:
-    """Return p_u q_u, p_u q_v + p_v q_u, p_v q_v: where first derivatives meet in second ones."""
-    by_u, by_v = p[1:3] * q[1], p[1:3] * q[2]
-    return by_u[0], by_u[1] + by_v[0], by_v[1]
+def _add_products_of_first(result: Float, p: Float, q: Float, sign: Callable[..., Float] = np.add) -> None:
+    """Add to second derivatives (or subtract) what first ones make: 2 p_u q_u, p_u q_v + p_v q_u, 2 p_v q_v."""
+    products = p[1:3, None] * q[1:3]
+    mixed = products[0, 1] + products[1, 0]
+    pure = products.reshape(4, *mixed.shape)[::3]
+    pure += pure
+    sign(result[3::2], pure, out=result[3::2])
+    sign(result[4], mixed, out=result[4])
 
 
 def linear(ufunc: Callable[..., Float], p: Float, q: Float) -> Float:
@@ -39,10 +43,7 @@ def multiply(p: Float, q: Float) -> Float:
     result: Float = p * q[:1]
     result[1:] += p[:1] * q[1:]
     if len(result) == 6:
-        uu, uv, vv = _products_of_first(p, q)
-        result[3] += uu + uu
-        result[4] += uv
-        result[5] += vv + vv
+        _add_products_of_first(result, p, q)
     return result
 
 
@@ -57,10 +58,7 @@ def divide(p: Float, q: Float) -> Float:
     result[1:] -= result[:1] * q[1:]
     result[1:3] /= q[0]
     if len(result) == 6:
-        uu, uv, vv = _products_of_first(result, q)
-        result[3] -= uu + uu
-        result[4] -= uv
-        result[5] -= vv + vv
+        _add_products_of_first(result, result, q, np.subtract)
         result[3:] /= q[0]
     return result
 
