@@ -17,8 +17,6 @@ from testbed.geometry.vectors import Float
 POLISH_STEPS = 6
 #: Residual of a solution against the largest term of its equation.
 RESIDUAL = 1e-12
-#: Equations solved at once; the working arrays of this many stay in cache.
-CHUNK = 4096
 
 
 def positive_solutions(a: Float, b: Float, e: Float, least: float, most: float) -> Float:
@@ -37,20 +35,14 @@ def positive_solutions(a: Float, b: Float, e: Float, least: float, most: float) 
         (2, 4, N): x and y of up to four solutions in each column, NaN where there are fewer. The same solution may
         stand there twice.
     """
-    count = a.shape[1]
-    solutions = np.empty((2, 4, count))
-    for start in range(0, count, CHUNK):
-        columns = slice(start, start + CHUNK)
-        linear, square, constant = a[:, columns], b[:, columns], e[:, columns]
-        # where a coefficient is zero some of the starts do not exist: they become NaN, and so does an equation 0 = 0
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            # the solutions stay the same, and thresholds become relative
-            size = np.max(np.abs([linear, square, constant]), axis=0)
-            solutions[:, :, columns] = _chunk(linear / size, square / size, constant / size, least, most)
-    return solutions
+    # where a coefficient is zero some of the starts do not exist: they become NaN, and so does an equation 0 = 0
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        # the solutions stay the same, and thresholds become relative
+        size = np.max(np.abs([a, b, e]), axis=0)
+        return _scaled_solutions(a / size, b / size, e / size, least, most)
 
 
-def _chunk(a: Float, b: Float, e: Float, least: float, most: float) -> Float:
+def _scaled_solutions(a: Float, b: Float, e: Float, least: float, most: float) -> Float:
     starts = np.concatenate([_starts_by_elimination(a, b, e, least, most), _starts_without_linear_terms(b, e)], axis=1)
     x, y = _polish(a[:, None], b[:, None], e[:, None], *starts)
     inside = (x > least) & (x < most) & (y > least) & (y < most)

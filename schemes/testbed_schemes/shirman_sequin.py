@@ -15,6 +15,8 @@ import numpy as np
 
 from testbed.errors import Refused, SpecError
 from testbed.geometry.bernstein import elevate_curve
+from testbed.geometry.bezier import BezierTriangles
+from testbed.geometry.blocks import in_blocks
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
@@ -70,9 +72,14 @@ class ShirmanSequin(Scheme):
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build three quartics a face."""
         network = self.boundary.network(mesh)
-        beta = 2.0 / self.corner_alphas(mesh)[..., None]
-        faces = split_faces(network.opposite_vertices(), mesh.corner_normals(), self.jensen_c, beta)
-        return Surface.over_split_faces(mesh, faces.patches(), network.notes)
+        curves, normals = network.opposite_vertices(), mesh.corner_normals()
+        beta = np.broadcast_to(2.0 / self.corner_alphas(mesh)[..., None], (len(curves), 3, 1))
+
+        def nets(faces: slice) -> Float:
+            return split_faces(curves[faces], normals[faces], self.jensen_c, beta[faces]).nets()
+
+        net = in_blocks(nets, len(curves))
+        return Surface.over_split_faces(mesh, BezierTriangles(net.reshape(-1, *net.shape[2:])), network.notes)
 
     def corner_alphas(self, mesh: HermiteMesh) -> Float:
         """Return alpha_i2 by face corner, (F, 3), or (1, 1) if all are one; Refused if the count is not the mesh's."""
@@ -98,7 +105,7 @@ def split_faces(curves: Float, normals: Float, jensen_c: float, beta: Float) -> 
     jensen_c
         Jensen's C.
     beta
-        (F, 3, 1), or (1, 1, 1): 2 / alpha_i2 by corner.
+        (F, 3, 1): 2 / alpha_i2 by corner.
     """
     boundary = elevate_curve(curves)
     corner = curves[:, K, 0]

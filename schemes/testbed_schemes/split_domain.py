@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.vectors import Float
 
 #: Indices i + 1 and i + 2 (mod 3): what belongs to corner j or k of sub-patch i, gathered by i.
@@ -66,8 +65,8 @@ class SplitFaces:
     inner: Float
     centre: Float
 
-    def patches(self) -> BezierTriangles:
-        """Return the quartic triangles; number 3 f + i is sub-patch i of face f, with corners V_j, V_k, S."""
+    def nets(self) -> Float:
+        """Return the quartic nets (F, 3, 15, 3): sub-patch i of face f, with corners V_j, V_k, S."""
         first, second, third = self.spokes
         net = np.empty((len(self.boundary), 3, 15, 3))
         net[:, :, [0, 1, 3, 6, 10]] = self.boundary
@@ -77,7 +76,7 @@ class SplitFaces:
         net[:, :, 8] = self.inner
         net[:, :, 9], net[:, :, 13] = third[:, J], third[:, K]
         net[:, :, 14] = self.centre[:, None]
-        return BezierTriangles(net.reshape(-1, 15, 3))
+        return net
 
 
 def c1_ring(boundary: Float, cross_points: tuple[Float, Float], inner: Float) -> SplitFaces:

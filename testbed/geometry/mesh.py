@@ -43,6 +43,17 @@ class EdgeData:
     W0: Float | None
     W1: Float | None
 
+    def __len__(self) -> int:
+        return len(self.p0)
+
+    def __getitem__(self, chosen: Int | Bool | slice) -> "EdgeData":
+        """Return the data of the chosen edges."""
+        columns = (self.p0, self.p1, self.n0, self.n1, self.W0, self.W1)
+        p0, p1, *others = (None if column is None else column[chosen] for column in columns)
+        assert p0 is not None  # noqa: S101 - points are always there
+        assert p1 is not None  # noqa: S101 - likewise
+        return EdgeData(p0, p1, *others)
+
 
 class HermiteMesh:
     """A mesh of triangles or of quadrilaterals with Hermite data at its vertices; checked at construction, immutable.

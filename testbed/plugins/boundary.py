@@ -1,6 +1,7 @@
 """Boundary curves: the cubic curve on every mesh edge, an axis of its own, shared by all schemes on a network."""
 
 from abc import abstractmethod
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, final
@@ -8,6 +9,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from testbed.errors import Refused
+from testbed.geometry.blocks import blocks
 from testbed.geometry.curves import CurveNetwork
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float
@@ -35,7 +37,7 @@ class BoundaryCurve(Plugin):
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return control points (E, 4, 3) and notes on fallbacks; a row is NaN where the construction is undefined.
 
-        Each edge's curve depends on that edge's data only.
+        Each edge's curve depends on that edge's data only; a network is built some thousand edges at a time.
         """
 
     @final
@@ -48,7 +50,11 @@ class BoundaryCurve(Plugin):
             The mesh lacks data, or an edge has no curve; the message names its vertices.
         """
         check_needs(self, self.needs, mesh)
-        control_points, notes = self.curves(mesh.edge_data)
+        control_points = np.empty((len(mesh.edges), 4, 3))
+        notes: Counter[str] = Counter()
+        for block in blocks(len(mesh.edges)):
+            control_points[block], taken = self.curves(mesh.edge_data[block])
+            notes.update(taken)
         undefined = ~np.isfinite(control_points).all(axis=(1, 2))
         if undefined.any():
             i, j = mesh.edges[undefined][0].tolist()
@@ -56,4 +62,4 @@ class BoundaryCurve(Plugin):
                 f"{self} has no curve for {int(undefined.sum())} of {len(mesh.edges)} edges, the first from "
                 f"vertex {i} to vertex {j}: the edge may be parallel to a normal there"
             )
-        return CurveNetwork(mesh, control_points, notes)
+        return CurveNetwork(mesh, control_points, dict(notes))

@@ -168,7 +168,7 @@ def test_the_inner_joins_are_c1_for_the_original_alpha_and_only_then() -> None:
     for alpha2 in (2.25, 2.0):
         net = nets(ShirmanSequin(alpha2=alpha2).fit(mesh))
         ring = c1_ring(net[:, :, [0, 1, 3, 6, 10]], (net[:, :, 4], net[:, :, 7]), net[:, :, 8])
-        ratio.append(float(np.abs(ring.patches().control_points.reshape(-1, 3, 15, 3) - net).max()))
+        ratio.append(float(np.abs(ring.nets() - net).max()))
     assert ratio[0] < 1e-14
     assert ratio[1] > 1e-3
 
@@ -178,7 +178,7 @@ def test_the_ring_joins_with_c1_whatever_the_free_points() -> None:
     boundary = rng.normal(size=(6, 3, 5, 3))
     boundary[:, :, 4] = boundary[:, J, 0]
     cross_points = (rng.normal(size=(6, 3, 3)), rng.normal(size=(6, 3, 3)))
-    net = c1_ring(boundary, cross_points, rng.normal(size=(6, 3, 3))).patches().control_points.reshape(-1, 3, 15, 3)
+    net = c1_ring(boundary, cross_points, rng.normal(size=(6, 3, 3))).nets()
     # along spoke V_k S of sub-patches i and j: 3 (spoke point) = spoke point before + its neighbours on either side
     spoke, before, left, right = [11, 12, 13], [10, 11, 12], [6, 7, 8], [1, 4, 8]
     mean = (net[:, :, before] + net[:, :, left] + net[:, J][:, :, right]) / 3.0

@@ -38,8 +38,6 @@ STARTS = np.array([(s0, s1) for s0 in (0.3, 1.0, 2.5) for s1 in (0.3, 1.0, 2.5)]
 STEPS = 100
 #: Length of the gradient by log s at which a minimum is found, against one plus the squared curvatures.
 GRADIENT = 1e-12
-#: Edges optimised at once; the working arrays of this many stay in cache.
-CHUNK = 4096
 
 
 @dataclass(frozen=True)
@@ -74,21 +72,15 @@ def best_speeds(turn: Float, offsets: Float, k: Float) -> tuple[Float, Bool]:
     k
         Curvatures asked for, times the chord's length, (2, E).
     """
-    count = len(turn)
-    speeds, converged = np.empty((2, count)), np.empty(count, dtype=np.bool_)
-    for start in range(0, count, CHUNK):
-        columns = slice(start, start + CHUNK)
-        one = turn[columns], offsets[:, columns], k[:, columns]
-        wide = [np.repeat(a[..., None, :], len(STARTS), axis=-2).reshape(*a.shape[:-1], -1) for a in one]
-        s = np.repeat(STARTS.T[:, :, None], one[0].shape[-1], axis=2).reshape(2, -1)
-        s, value, done = _minimise(wide[0], wide[1], wide[2], s)
-        value = np.where(done, value, np.inf).reshape(len(STARTS), -1)
-        # a minimum that several starts find is the same to rounding only: take the first that is within rounding
-        best = np.argmax(value <= value.min(axis=0) + 1e-9, axis=0)[None]
-        found = np.take_along_axis(s.reshape(2, len(STARTS), -1), best[None], axis=1)[:, 0]
-        converged[columns] = done.reshape(len(STARTS), -1).any(axis=0)
-        speeds[:, columns] = np.where(converged[columns], found, 1.0)
-    return speeds, converged
+    wide = [np.repeat(a[..., None, :], len(STARTS), axis=-2).reshape(*a.shape[:-1], -1) for a in (turn, offsets, k)]
+    s = np.repeat(STARTS.T[:, :, None], len(turn), axis=2).reshape(2, -1)
+    s, value, done = _minimise(wide[0], wide[1], wide[2], s)
+    value = np.where(done, value, np.inf).reshape(len(STARTS), -1)
+    # a minimum that several starts find is the same to rounding only: take the first that is within rounding
+    best = np.argmax(value <= value.min(axis=0) + 1e-9, axis=0)[None]
+    found = np.take_along_axis(s.reshape(2, len(STARTS), -1), best[None], axis=1)[:, 0]
+    converged: Bool = np.logical_or.reduce(done.reshape(len(STARTS), -1), axis=0)
+    return np.where(converged, found, 1.0), converged
 
 
 def _minimise(turn: Float, offsets: Float, k: Float, s: Float) -> tuple[Float, Float, Bool]:
