@@ -10,22 +10,18 @@ from typing import TypeAlias
 
 import numpy as np
 
-from testbed.geometry.domain import barycentric, corner_distance
+from testbed.geometry.domain import barycentric
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, Int
+from testbed.geometry.vectors import Float, Int
+from testbed.measures.climb import Climb
 
 #: Values (Q, N, K) of Q quantities at K points (N, K, 2) of each of N patches of a part: (part, patches, at).
 Quantities: TypeAlias = Callable[[int, Int, Float], Float]
 
-#: Domain directions of the search: on a triangle, along its sides, so that the search can follow the boundary.
-DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 1.0]])
-#: The search of a candidate ends when its step is below this fraction of the domain: its value is then within about the
-#: square of it, relatively, of the local maximum.
-SMALLEST_STEP = 1e-6
 #: A bound on the rounds of a search, against slow walks along ridges.
 ROUNDS = 40
 #: Rounds for all candidates; then the best of each quantity, this many, go on to the end.
-FIRST_ROUNDS = 3
+FIRST_ROUNDS = 2
 FINALISTS = 16
 
 
@@ -134,22 +130,24 @@ def _refined(
     margins: Sequence[float],
     places: Sequence[Float],
 ) -> list[Extremum]:
-    at, value = start.at.copy(), start.value.copy()
     radius = np.array([1.0 / np.sqrt(len(where)) for where in places])[start.part]
+    climb = Climb.start(start.at, start.value, radius)
     end = np.cumsum(counts)
-    leading = np.isfinite(value)
-    for rounds in (FIRST_ROUNDS, ROUNDS):
-        for part in range(len(surface.parts)):
-            (rows,) = np.nonzero(leading & (start.part == part))
+    leading = np.ones(len(start.value), dtype=np.bool_)
+    for round_ in range(ROUNDS):
+        if round_ == FIRST_ROUNDS:
+            leading[:] = False
+            for first, last in zip(end - counts, end, strict=True):
+                leading[first + np.argsort(-climb.promise[first:last], kind="stable")[:FINALISTS]] = True
+        moving = leading & climb.active
+        if not moving.any():
+            break
+        for part, of_surface in enumerate(surface.parts):
+            (rows,) = np.nonzero(moving & (start.part == part))
             if len(rows):
                 own = _of_part(quantities, part, start.patch[rows], start.quantity[rows])
-                sides = surface.parts[part].batch.sides
-                at[rows], value[rows], radius[rows] = climb(
-                    own, at[rows], value[rows], radius[rows], sides, margins[part], rounds
-                )
-        leading[:] = False
-        for first, last in zip(end - counts, end, strict=True):
-            leading[first + np.argsort(-value[first:last], kind="stable")[:FINALISTS]] = True
+                climb.advance(rows, own, of_surface.batch.sides, margins[part])
+    value = climb.value
     result = []
     for first, last in zip(end - counts, end, strict=True):
         # the first NaN if there is one, otherwise the first of the largest: candidates stand in the order of faces
@@ -157,119 +155,15 @@ def _refined(
         if best < 0:
             result.append(Extremum(float("nan"), -1, np.full(2, np.nan)))
             continue
-        face, place = surface.place(int(start.part[best]), start.patch[[best]], at[[best]])
+        face, place = surface.place(int(start.part[best]), start.patch[[best]], climb.at[[best]])
         result.append(Extremum(float(value[best]), int(face[0]), place[0]))
     return result
 
 
-def _of_part(quantities: Quantities, part: int, patch: Int, quantity: Int) -> Callable[[Int, Float], Float]:
-    """Values of each candidate's own quantity, for :func:`climb`."""
+def _of_part(quantities: Quantities, part: int, patch: Int, quantity: Int) -> Callable[[Float], Float]:
+    """Values of each candidate's own quantity."""
 
-    def values(rows: Int, at: Float) -> Float:
-        return quantities(part, patch[rows], at)[quantity[rows], np.arange(len(rows))]
+    def values(at: Float) -> Float:
+        return quantities(part, patch, at)[quantity, np.arange(len(patch))]
 
     return values
-
-
-def climb(
-    values: Callable[[Int, Float], Float],
-    at: Float,
-    value: Float,
-    radius: Float,
-    sides: int,
-    margin: float,
-    rounds: int = ROUNDS,
-) -> tuple[Float, Float, Float]:
-    """Drive points to local maxima.
-
-    Each round looks at six neighbours at distance ``radius`` and at the maxima of the parabolas along three lines and
-    of the quadratic that they define; the best point is the next centre, and the radius shrinks fourfold unless that
-    point is as far away as the radius. The neighbours alone make it a convergent pattern search; the parabolas make it
-    quick.
-
-    Parameters
-    ----------
-    values
-        ``values(rows, at)``: (n, K) at points (n, K, 2) of chosen candidates (n,); a NaN there becomes the maximum.
-    at, value
-        (N, 2) starting points in the domain and (N,) the values there.
-    radius
-        (N,) first step lengths.
-    sides, margin
-        The domain, and the corner distance to keep.
-    rounds
-        Rounds at most.
-
-    Returns
-    -------
-    at, value, radius
-        (N, 2), (N,), (N,), to go on from.
-    """
-    at, value, radius = at.copy(), value.copy(), radius.copy()
-    rows: Int = np.arange(len(at))
-    for _ in range(rounds):
-        rows = rows[(radius[rows] > SMALLEST_STEP) & ~np.isnan(value[rows])]
-        if not len(rows):
-            break
-        centre, step = at[rows, None], radius[rows, None, None]
-        ring = move(centre, step * np.concatenate([DIRECTIONS, -DIRECTIONS]), sides, margin)
-        around = values(rows, ring)
-        proposed = move(centre, peaks(centre, value[rows], ring, around, step[..., 0]), sides, margin)
-        points = np.concatenate([centre, ring, proposed], axis=1)
-        found = np.concatenate([value[rows, None], around, values(rows, proposed)], axis=1)
-        best = np.argmax(found, axis=1)
-        index = np.arange(len(rows))
-        at[rows], value[rows] = points[index, best], found[index, best]
-        far = np.abs(at[rows] - centre[:, 0]).max(axis=-1) >= 0.99 * radius[rows]
-        radius[rows] *= np.where(far, 1.0, 0.25)
-    return at, value, radius
-
-
-def peaks(centre: Float, value: Float, ring: Float, around: Float, limit: Float) -> Float:
-    """Return the steps (N, 4, 2) from centres (N, 1, 2) to the maxima of the quadratic and parabolas through a ring.
-
-    Zero where there is no maximum; steps longer than ``limit`` (N, 1) are cut to it.
-    """
-    ahead, behind = (_along(ring[:, some] - centre) for some in (slice(0, 3), slice(3, 6)))
-    up, down = around[:, :3] - value[:, None], around[:, 3:] - value[:, None]
-    # divisions by zero mean a ring cut at the boundary or a flat spot: no step
-    with np.errstate(all="ignore"):
-        behind = np.abs(behind)
-        slope = (up * behind / ahead - down * ahead / behind) / (ahead + behind)
-        bend = 2.0 * (up / ahead + down / behind) / (ahead + behind)
-        line = np.where(bend < 0.0, -slope / bend, 0.0)[..., None] * DIRECTIONS
-        mixed = 0.5 * (bend[:, 0] + bend[:, 1] - bend[:, 2])
-        determinant = bend[:, 0] * bend[:, 1] - mixed**2
-        newton = np.stack(
-            [mixed * slope[:, 1] - bend[:, 1] * slope[:, 0], mixed * slope[:, 0] - bend[:, 0] * slope[:, 1]], axis=-1
-        )
-        newton = np.where(((determinant > 0.0) & (bend[:, 0] < 0.0))[:, None], newton / determinant[:, None], 0.0)
-    steps = np.nan_to_num(np.concatenate([newton[:, None], line], axis=1), nan=0.0, posinf=0.0, neginf=0.0)
-    length = np.abs(steps).max(axis=-1, keepdims=True)
-    shortened: Float = steps * np.minimum(1.0, limit[..., None] / np.maximum(length, np.finfo(float).tiny))
-    return shortened
-
-
-def _along(steps: Float) -> Float:
-    """Signed lengths (N, 3) of steps (N, 3, 2) in units of the three directions."""
-    return np.stack([steps[:, 0, 0], steps[:, 1, 1], steps[:, 2, 1]], axis=-1)
-
-
-def move(centre: Float, step: Float, sides: int, margin: float) -> Float:
-    """Return ``centre + step`` (N, K, 2), cut where it leaves the domain or comes within ``margin`` of a corner.
-
-    A step that ends within the margin all the same, because it starts there or crosses into it on a square, is not
-    made.
-    """
-    if sides == 3:
-        start, change = barycentric(centre), np.concatenate([-step.sum(axis=-1, keepdims=True), step], axis=-1)
-    else:
-        start, change = centre, step
-    with np.errstate(divide="ignore", invalid="ignore"):
-        room = np.where(change > 0.0, (1.0 - (margin if sides == 3 else 0.0) - start) / change, -start / change)
-    room = np.where(change == 0.0, np.inf, room).min(axis=-1, keepdims=True)
-    moved: Float = np.clip(centre + np.clip(room, 0.0, 1.0) * step, 0.0, 1.0)
-    if margin > 0.0:
-        near: Bool = corner_distance(sides, moved) < margin * (1.0 - 1e-9)
-        moved = np.where(near[..., None], centre, moved)
-    return moved
