@@ -17,7 +17,7 @@ from testbed.geometry.vectors import Bool, Float, Int, as_float
 Formula: TypeAlias = Callable[..., Float]
 
 #: Points evaluated together: a few vectors with their derivatives stay in a core's second-level cache.
-CHUNK = 8192
+CHUNK = 2048
 
 
 def _frozen(values: Float) -> Float:
