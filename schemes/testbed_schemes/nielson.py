@@ -27,6 +27,7 @@ from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm, tangential
+from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import PARALLEL, edge_normals, projected_tangents
 from testbed_schemes.side_vertex import (
@@ -79,7 +80,9 @@ class Nielson(Scheme):
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build one blended patch a face."""
-        check_edges(mesh, self.fullness, self.tangents)
+        tangents = edge_tangents(mesh, self.fullness, self.tangents)
+        check_corners(self, mesh, *tangents)
+        check_sides(self, mesh, *tangents)
         points, normals = mesh.corner_points(), mesh.corner_normals()
         formula = partial(nielson_patch, fullness=self.fullness, tangents=self.tangents)
         # tangents at corner i towards corners i + 1 and i + 2
@@ -168,8 +171,11 @@ def stretch(c: Float, fullness: float, tangents: Tangents) -> Float:
     return fullness / c if tangents == "chord" else 2.0 * fullness / (c * (1.0 + c))
 
 
-def check_edges(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> None:
-    """Refuse a mesh with edges on which the operators are not defined; the message names the first one's vertices."""
+def edge_tangents(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> tuple[Float, Float]:
+    """Return the tangents of g_v at both ends of the edges, (E, 3) each, both away from their vertex.
+
+    Refused if there are edges on which the operators are not defined; the message names the first one's vertices.
+    """
     edges = mesh.edge_data
     chord, (n0, n1) = edges.p1 - edges.p0, edge_normals(edges)
     (t0, t1), length = projected_tangents(chord, n0, n1)
@@ -180,6 +186,7 @@ def check_edges(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> None:
     middle = side_normal(chord, leaving, arriving, cross(n0, leaving), cross(n1, arriving), half, half)
     vanishes: Bool = np.asarray(~(norm(middle) > PARALLEL * length**2))
     refuse(mesh, vanishes, "has no normal half-way, where those of its ends cancel out")
+    return leaving, -arriving
 
 
 def refuse(mesh: HermiteMesh, unfit: Bool, why: str) -> None:

@@ -15,6 +15,7 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.nets import CENTRE, boundary_net
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import tangential
+from testbed.plugins.corners import check_corners
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import edge_normals
 from testbed_schemes.quadratic_precision import quadratic_precision_centre
@@ -35,7 +36,9 @@ class PnTriangle(Scheme):
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Return the cubic triangles over the projected thirds of the edges, with the centre E + (E - V) / 2."""
-        net = boundary_net(projected_thirds(mesh))
+        network = projected_thirds(mesh)
+        check_corners(self, mesh, *network.end_legs)
+        net = boundary_net(network)
         net[:, CENTRE] = quadratic_precision_centre(net)
         return Surface.over_faces(mesh, BezierTriangles(net))
 
@@ -44,7 +47,7 @@ def projected_thirds(mesh: HermiteMesh) -> CurveNetwork:
     """b_iij = (2 P_i + P_j - <P_j - P_i, N_i> N_i) / 3: the edge's third point, dropped onto the tangent plane at P_i.
 
     Unlike in ``projected``, the leg is not scaled to a third of the edge: it shortens as the edge turns to the normal,
-    to nothing where they are parallel.
+    to nothing where they are parallel; such data are refused.
     """
     edges = mesh.edge_data
     third = (edges.p1 - edges.p0) / 3.0

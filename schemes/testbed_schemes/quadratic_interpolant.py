@@ -15,6 +15,7 @@ from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
+from testbed.plugins.corners import check_corners
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.planar_frame import STRAIGHT, planar_coefficients, planar_frame
 
@@ -48,6 +49,8 @@ class QuadraticInterpolant(Scheme):
                 f"vertex {i} to vertex {j} of face {face}: the tangents there are parallel or meet behind an end, so "
                 "that the edge has to bend both ways; put a vertex on it, or use a cubic scheme"
             )
+        ends = mesh.points[mesh.edges]
+        check_corners(self, mesh, middle - ends[:, 0], middle - ends[:, 1])
         net = np.empty((len(mesh.faces), 6, 3))
         net[:, CORNERS] = mesh.corner_points()
         net[:, MIDDLES] = middle[mesh.face_edges]

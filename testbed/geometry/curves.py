@@ -27,6 +27,12 @@ class CurveNetwork:
     control_points: Float
     notes: Mapping[str, int] = field(default_factory=dict)
 
+    @property
+    def end_legs(self) -> tuple[Float, Float]:
+        """(E, 3) each: from the first control point to the second, and from the last to the one before it."""
+        points = self.control_points
+        return points[:, 1] - points[:, 0], points[:, 2] - points[:, 3]
+
     def along_sides(self) -> Float:
         """(F, sides, 4, 3): the curve of side s of each face, from corner s to corner s + 1."""
         curves = self.control_points[self.mesh.face_edges]

@@ -14,6 +14,7 @@ from testbed.geometry.curves import CurveNetwork
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float
 from testbed.plugins.base import Plugin
+from testbed.plugins.corners import check_corners
 from testbed.plugins.scheme import Data, check_needs
 
 
@@ -47,7 +48,8 @@ class BoundaryCurve(Plugin):
         Raises
         ------
         Refused
-            The mesh lacks data, or an edge has no curve; the message names its vertices.
+            The mesh lacks data, an edge has no curve, or two curves start along one line at a corner of a face; the
+            message names the vertices.
         """
         check_needs(self, self.needs, mesh)
         control_points = np.empty((len(mesh.edges), 4, 3))
@@ -62,4 +64,6 @@ class BoundaryCurve(Plugin):
                 f"{self} has no curve for {int(undefined.sum())} of {len(mesh.edges)} edges, the first from "
                 f"vertex {i} to vertex {j}: the edge may be parallel to a normal there"
             )
-        return CurveNetwork(mesh, control_points, dict(notes))
+        network = CurveNetwork(mesh, control_points, dict(notes))
+        check_corners(self, mesh, *network.end_legs)
+        return network
