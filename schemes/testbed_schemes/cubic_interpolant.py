@@ -9,11 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.errors import Refused
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.mesh_checks import named
 from testbed.geometry.nets import CENTRE, boundary_net, corner_legs
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, Int, dot
+from testbed.geometry.vectors import Float, Int, dot, norm
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.hermite import Hermite
@@ -24,6 +26,9 @@ from testbed_schemes.quadratic_precision import quadratic_precision_centre
 #: h, h (h, h^2 on parabolic lines): a larger cut-off would in the end drop them on every fine mesh, and with them the
 #: order of convergence.
 CUTOFF = 1e-8
+#: A centre further away than this, in units of the face's longest side, leaves fewer than half of their digits to the
+#: normals of the patch; at the inverse of the machine precision it leaves none.
+FARTHEST = 1e8
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,7 @@ class CubicInterpolant(Scheme):
         curves = self.boundary.network(mesh)
         net = boundary_net(curves)
         net[:, CENTRE], rank = centre_points(mesh, net)
+        check_centres(self, mesh, net)
         singular = int((rank < 3).sum())
         notes = {**curves.notes, "singular centres": singular} if singular else curves.notes
         return Surface.over_faces(mesh, BezierTriangles(net), notes)
@@ -87,3 +93,17 @@ def centre_points(mesh: HermiteMesh, net: Float) -> tuple[Float, Int]:
     kept = size > CUTOFF * size[:, :1]
     components = np.einsum("fji,fj->fi", left, heights) / np.where(kept, size, np.inf)
     return guess + np.einsum("fij,fi->fj", right, components), kept.sum(axis=1)
+
+
+def check_centres(scheme: CubicInterpolant, mesh: HermiteMesh, net: Float) -> None:
+    """Refuse data that put the centre of a face beyond ``FARTHEST``; the message names the first face."""
+    corners = mesh.corner_points()
+    longest = norm(np.roll(corners, -1, axis=1) - corners).max(axis=1)
+    distance = norm(net[:, CENTRE] - corners[:, 0]) / longest
+    far = distance > FARTHEST
+    if far.any():
+        face = int(np.argmax(far))
+        raise Refused(
+            f"{scheme} needs the centre of {named(mesh.faces, face)} {distance[face]:.0e} times its longest side away "
+            "to match the second fundamental forms there: check their size, or refine the mesh"
+        )
