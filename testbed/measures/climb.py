@@ -20,6 +20,11 @@ DIRECTIONS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 1.0]])
 SMALLEST_STEP = 1e-6
 #: A step shrinks to its square, which is the order of the error of a model's maximum, but not beyond these factors.
 SHRINK = (1.0 / 16.0, 0.25)
+#: It grows by this factor where the best point is as far away as the step, but not beyond this length.
+GROWTH = 2.0
+LARGEST_STEP = 0.2
+#: A gain smaller than this fraction of the value is rounding, and not followed.
+LEAST_GAIN = 1e-13
 
 
 @dataclass(frozen=True)
@@ -84,14 +89,44 @@ class Climb:
         every = np.concatenate([known, around], axis=1)
         best = np.argmax(every, axis=1)
         self.at[rows], self.value[rows] = points[each, best], every[each, best]
-        # the step shrinks where the best is near the centre; a best point that the ring is not around gets its own ring
-        distance = np.abs(points[each, best] - centre[:, 0]).max(axis=-1)
-        stays = (best >= known.shape[1]) | (distance >= 0.99 * radius) | ((best == 0) & (choice != 0))
-        shrunk = np.clip(radius * radius, SHRINK[0] * radius, SHRINK[1] * radius)
-        self.radius[rows] = np.where(stays, radius, shrunk)
         level = known[each, choice]
-        self.proposed[rows], gain = predictions(centre, level, ring, around, radius, sides, margin)
-        self.predicted[rows] = level[:, None] + gain
+        proposed, gain = predictions(centre, level, ring, around, radius, sides, margin)
+        misled = (best == 0) & (choice != 0)
+        self.radius[rows] = radius * np.where(
+            misled,
+            SHRINK[1],
+            factors(
+                radius,
+                np.where(best >= known.shape[1], radius, lengths(points[each, best] - centre[:, 0])),
+                np.where(gain.max(axis=1) > 0.0, lengths(proposed[each, gain.argmax(axis=1)] - centre[:, 0]), 0.0),
+                self.value[rows] > value + LEAST_GAIN * np.abs(value),
+            ),
+        )
+        # a centre that was predicted to be better, and is not, predicts nothing: the next ring is around the best point
+        self.proposed[rows] = proposed
+        self.predicted[rows] = np.where(misled[:, None], -np.inf, level[:, None] + gain)
+
+
+def factors(radius: Float, moved: Float, ahead: Float, gained: Bool) -> Float:
+    """Factors (N,) on the steps ``radius`` (N,).
+
+    Parameters
+    ----------
+    moved, ahead
+        (N,) how far the best point is from the centre, and the next one that is predicted.
+    gained
+        (N,) whether the round found more than before.
+    """
+    far = gained & (moved >= 0.99 * radius)
+    grown = np.where(radius < LARGEST_STEP, GROWTH, 1.0)
+    shrunk = np.clip(np.maximum(radius, ahead / radius), *SHRINK)
+    return np.where(far, grown, np.where(gained & (ahead >= 0.99 * radius), 1.0, shrunk))
+
+
+def lengths(steps: Float) -> Float:
+    """Lengths (...) of steps (..., 2): the larger component."""
+    longest: Float = np.abs(steps).max(axis=-1)
+    return longest
 
 
 def ring_steps(centre: Float, sides: int) -> Float:

@@ -22,7 +22,7 @@ Quantities: TypeAlias = Callable[[int, Int, Float], Float]
 ROUNDS = 40
 #: Rounds for all candidates; then the best of each quantity, this many, go on to the end.
 FIRST_ROUNDS = 2
-FINALISTS = 16
+FINALISTS = 64
 
 
 @dataclass(frozen=True)
