@@ -62,7 +62,7 @@ class BoundaryCurve(Plugin):
             i, j = mesh.edges[undefined][0].tolist()
             raise Refused(
                 f"{self} has no curve for {int(undefined.sum())} of {len(mesh.edges)} edges, the first from "
-                f"vertex {i} to vertex {j}: the edge may be parallel to a normal there"
+                f"vertex {i} to vertex {j}: check the normals there, one may be parallel to the edge"
             )
         network = CurveNetwork(mesh, control_points, dict(notes))
         check_corners(self, mesh, *network.end_legs)

@@ -104,11 +104,17 @@ class Scheme(Plugin):
         """
         if mesh.sides not in self.domain:
             kinds = " or ".join({3: "triangles", 4: "quadrilaterals"}[n] for n in self.domain)
-            raise Refused(f"{self} takes meshes of {kinds}, and this mesh's faces have {mesh.sides} sides")
+            raise Refused(
+                f"{self} takes meshes of {kinds}, and this mesh's faces have {mesh.sides} sides: "
+                f"make {kinds} of them"
+            )
         check_needs(self, self.needs, mesh)
         surface = self.construct(mesh)
         for part in surface.parts:
             if not part.batch.finite.all():
                 face = int(part.faces[~part.batch.finite][0])
-                raise Refused(f"{self} finds no finite patch for face {face} with vertices {mesh.faces[face].tolist()}")
+                raise Refused(
+                    f"{self} finds no finite patch for face {face} (vertices {', '.join(map(str, mesh.faces[face]))}): "
+                    "check the size of the data there"
+                )
         return surface
