@@ -118,7 +118,7 @@ def factors(radius: Float, moved: Float, ahead: Float, gained: Bool) -> Float:
         (N,) whether the round found more than before.
     """
     far = gained & (moved >= 0.99 * radius)
-    grown = np.where(radius < LARGEST_STEP, GROWTH, 1.0)
+    grown = np.clip(LARGEST_STEP / radius, 1.0, GROWTH)
     shrunk = np.clip(np.maximum(radius, ahead / radius), *SHRINK)
     return np.where(far, grown, np.where(gained & (ahead >= 0.99 * radius), 1.0, shrunk))
 

@@ -20,9 +20,10 @@ Quantities: TypeAlias = Callable[[int, Int, Float], Float]
 
 #: A bound on the rounds of a search, against slow walks along ridges.
 ROUNDS = 40
-#: Rounds for all candidates; then the best of each quantity, this many, go on to the end.
+#: Rounds for all candidates; then the best of each quantity, this many by their values and by what their models promise,
+#: go on to the end.
 FIRST_ROUNDS = 2
-FINALISTS = 64
+FINALISTS = 32
 
 
 @dataclass(frozen=True)
@@ -138,7 +139,8 @@ def _refined(
         if round_ == FIRST_ROUNDS:
             leading[:] = False
             for first, last in zip(end - counts, end, strict=True):
-                leading[first + np.argsort(-climb.promise[first:last], kind="stable")[:FINALISTS]] = True
+                for merit in (climb.value[first:last], climb.promise[first:last]):
+                    leading[first + np.argsort(-merit, kind="stable")[:FINALISTS]] = True
         moving = leading & climb.active
         if not moving.any():
             break
