@@ -141,12 +141,13 @@ def nielson_patch(
         # by Pythagoras the cosine between chord and tangent is that of the sine height / |chord| |n|
         cosine0, cosine1 = (np.sqrt(1.0 - sine2) for sine2 in (height0**2 / square, height1**2 / (square * size)))
         first, last = first * stretch(cosine0, fullness, tangents), last * stretch(cosine1, fullness, tangents)
-        return (
+        result: Float = (
             r[..., None] * off_side
             + (along + first - last)[..., None] * chord
             - (first * height0)[..., None] * normals
             + (last * (height1 / size))[..., None] * normal
         )
+        return result
 
     return side_vertex_blend(deviation, points, b0, b1, b2)
 

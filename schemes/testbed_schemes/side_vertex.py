@@ -23,8 +23,8 @@ CORNER_MARGIN = 1e-6
 #: Corners j = i + 1 and k = i + 2 for i = 0, 1, 2.
 J, K = [1, 2, 0], [2, 0, 1]
 
-#: ``deviation(r, rest, s, rest_s)``: how far (..., 3, 3) the patches of the three vertices are from the flat triangle, at
-#: r (..., 3) on the curve from each vertex to the opposite side's point at s, with rest = 1 - r and rest_s = 1 - s.
+#: ``deviation(r, rest, s, rest_s)``: how far (..., 3, 3) the patches of the three vertices are from the flat triangle,
+#: at r (..., 3) on the curve from each vertex to the opposite side's point at s, with rest = 1 - r and rest_s = 1 - s.
 Deviation: TypeAlias = Callable[[Float, Float, Float, Float], Float]
 
 
@@ -37,8 +37,9 @@ def side_vertex_blend(deviation: Deviation, points: Float, b0: Float, b1: Float,
     bi, bj, bk = (np.stack(b, axis=-1) for b in ((b0, b1, b2), (b1, b2, b0), (b2, b0, b1)))
     products, r = bj * bk, bj + bk
     shares = products / products.sum(axis=-1, keepdims=True)
-    blended: Float = shares[..., None] * deviation(r, bi, bk / r, bj / r)
-    return np.sum(bi[..., None] * points, axis=-2) + np.sum(blended, axis=-2)
+    blended = shares[..., None] * deviation(r, bi, bk / r, bj / r)
+    result: Float = np.sum(bi[..., None] * points, axis=-2) + np.sum(blended, axis=-2)
+    return result
 
 
 def hermite_weights(t: Float, rest: Float) -> tuple[Float, Float, Float]:

@@ -174,6 +174,11 @@ def _power(a: Any, exponent: Any) -> Taylor:
     return Taylor._of(truncated.compose(function, _broadcast_to(a, shape)._planes))
 
 
+def _vecdot(a: Any, b: Any) -> Taylor:
+    """Scalar product over the last value axis, in one multiplication."""
+    return _sum(a * b, -1)
+
+
 _RULES: Mapping[np.ufunc, Callable[..., Float]] = MappingProxyType(
     {
         np.add: partial(truncated.linear, np.add),
@@ -193,8 +198,8 @@ _YZX, _ZXY = [1, 2, 0], [2, 0, 1]
 
 _CHOICES: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType(
     {
-        np.vecdot: lambda a, b: _vecdot(a, b),
         np.power: _power,
+        np.vecdot: _vecdot,
         np.absolute: lambda a: a * np.copysign(1.0, a.value),
         # a NaN is chosen, from either side
         np.maximum: lambda a, b: _where((a >= b) | np.isnan(a), a, b),
@@ -304,11 +309,6 @@ def _einsum(subscripts: str, *operands: Any) -> Taylor:
         total = product if total is None else total + product
     result: Taylor = total
     return result
-
-
-def _vecdot(a: Any, b: Any) -> Taylor:
-    """Scalar product over the last value axis, in one multiplication."""
-    return _sum(a * b, -1)
 
 
 def _cross(a: Any, b: Any) -> Taylor:

@@ -64,7 +64,8 @@ class Climb:
     @property
     def promise(self) -> Float:
         """(N,) the values, or what models predict if that is more."""
-        return np.maximum(self.value, self.predicted.max(axis=1))
+        most: Float = np.maximum(self.value, self.predicted.max(axis=1))
+        return most
 
     def advance(self, rows: Int, values: Callable[[Float], Float], sides: int, margin: float) -> None:
         """Go one round with the candidates ``rows`` (n,).

@@ -20,8 +20,8 @@ Quantities: TypeAlias = Callable[[int, Int, Float], Float]
 
 #: A bound on the rounds of a search, against slow walks along ridges.
 ROUNDS = 40
-#: Rounds for all candidates; then the best of each quantity, this many by their values and by what their models promise,
-#: go on to the end.
+#: Rounds for all candidates; then the best of each quantity go on to the end: this many by their values, and as many by
+#: what their models promise.
 FIRST_ROUNDS = 2
 FINALISTS = 32
 

@@ -122,6 +122,7 @@ def test_a_point_has_the_same_bits_in_any_company(name: str) -> None:
     "function",
     [
         lambda u, v: dot(vector(u, v), other_vector(u, v)),
+        lambda u, v: np.vecdot(vector(u, v), other_vector(u, v)),
         lambda u, v: cross(vector(u, v), other_vector(u, v)),
         lambda u, v: np.cross(vector(u, v), other_vector(u, v)),
         lambda u, v: norm(vector(u, v)),
@@ -133,7 +134,20 @@ def test_a_point_has_the_same_bits_in_any_company(name: str) -> None:
         lambda u, v: np.einsum("...i,...j->...ji", vector(u, v), other_vector(u, v)),
         lambda u, v: np.sum(vector(u, v) * other_vector(u, v), axis=-1),
     ],
-    ids=["dot", "cross", "np.cross", "norm", "np.norm", "unit", "tangential", "angle", "form", "outer", "sum"],
+    ids=[
+        "dot",
+        "vecdot",
+        "cross",
+        "np.cross",
+        "norm",
+        "np.norm",
+        "unit",
+        "tangential",
+        "angle",
+        "form",
+        "outer",
+        "sum",
+    ],
 )
 def test_vector_algebra_agrees_with_difference_quotients(function: Callable[[Any, Any], Any]) -> None:
     result = function(*Taylor.variables(AT))
