@@ -53,9 +53,13 @@ class Sources:
         for one in plugin.nested():
             for path in one.files():
                 try:
+                    if path.exists() and not path.is_file():  # reading a pipe would wait for ever
+                        raise SpecError(f"{one} names {path}, which is not a file: give the path of a file")
                     digest.update(f"{one.name} {self._hash(path)}\n".encode())
                 except OSError as error:
-                    raise SpecError(f"{one} names the file {path}, which cannot be read: {error.strerror}") from error
+                    raise SpecError(
+                        f"{one} names the file {path}, which cannot be read ({error.strerror}): check the path"
+                    ) from error
         return digest.hexdigest()
 
     def files(self, plugin: Plugin) -> dict[str, Path]:
