@@ -72,7 +72,7 @@ def check_sides(plugin: Plugin, mesh: HermiteMesh, start: Float, end: Float) -> 
         return np.greater(dot(cross(onward, back), normals[faces]), 0.0)
 
     outward = np.concatenate([agrees(faces) for faces in blocks(len(mesh.faces))])
-    if outward.all() or not outward.any():
+    if outward.all() or not outward.any():  # as it should be
         return
     vertex = np.empty(len(mesh.points), dtype=np.bool_)
     vertex[mesh.faces] = outward
@@ -80,11 +80,11 @@ def check_sides(plugin: Plugin, mesh: HermiteMesh, start: Float, end: Float) -> 
     vertex[:] = False
     vertex[mesh.faces[differs]] = True
     mixed = vertex[mesh.faces] | (outward != outward[:, :1]).any(axis=1, keepdims=True)
-    # the few are those to mend
+    # the fewer of those that disagree are the ones to mend
     _refuse(
         plugin,
         mesh,
-        mixed & (outward != (np.mean(outward) >= 0.5)),
+        mixed & (outward != (np.count_nonzero(outward[mixed]) * 2 >= np.count_nonzero(mixed))),
         "folds over at {corner}: there the face turns about the normal the other way than at other corners next to it, "
         "turn the normal round or move the vertex",
     )
