@@ -116,6 +116,17 @@ def mesh_data(draw: st.DrawFn, quads: bool | None = None, data: bool = True) -> 
 # Hostile but valid, or nearly: what a scheme has to take or refuse. Each changes the data in place.
 
 
+def on_a_grid(data: Data, random: Random) -> None:
+    """Points and normals of few digits: right angles, parallels and symmetries without rounding."""
+    steps = random.choice([1.0, 2.0, 3.0])
+    data["points"] = np.round(data["points"] * steps) / steps
+    normals, forms = data["normals"] * random.choice([0.7, 1.0, 2.0]), data["second_forms"]
+    normals = normals.round()
+    normals[~normals.any(axis=1)] = [0.0, 0.0, 1.0]
+    data["normals"] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    data["second_forms"] = tangential_forms(forms.round(), data["normals"])
+
+
 def scaled(data: Data, random: Random) -> None:
     """Tiny or huge coordinates."""
     scale = 10.0 ** random.uniform(-12, 12)
@@ -168,6 +179,17 @@ def normals_along_edges(data: Data, random: Random) -> None:
         edge = data["points"][face[1]] - data["points"][face[0]]
         if np.linalg.norm(edge) > 0:
             data["normals"][face[0]] = edge / np.linalg.norm(edge)
+    data["second_forms"] = tangential_forms(data["second_forms"], data["normals"])
+
+
+def normals_in_faces(data: Data, random: Random) -> None:
+    """Normals in the plane of a face, at one vertex or at one of each face: its two edges there have one projection."""
+    chosen = random.permutation(len(data["faces"]))[: random.choice([1, len(data["faces"])])]
+    for face in data["faces"][chosen]:
+        corners = data["points"][face]
+        direction = random.normal(size=2) @ (corners[1:3] - corners[0])
+        if np.linalg.norm(direction) > 0:
+            data["normals"][face[0]] = direction / np.linalg.norm(direction)
     data["second_forms"] = tangential_forms(data["second_forms"], data["normals"])
 
 
@@ -257,6 +279,7 @@ def wrong_type(data: Data, random: Random) -> None:
 
 
 HOSTILE = (
+    on_a_grid,
     scaled,
     far_away,
     needle,
@@ -265,6 +288,7 @@ HOSTILE = (
     nearly_parallel_normals,
     random_normals,
     normals_along_edges,
+    normals_in_faces,
     sized_second_forms,
     unnormalised,
     bare,
@@ -284,9 +308,9 @@ BROKEN = (
 
 
 @st.composite
-def hostile_mesh_data(draw: st.DrawFn, broken: bool = True) -> Data:
+def hostile_mesh_data(draw: st.DrawFn, broken: bool = True, quads: bool | None = None) -> Data:
     """Constructor arguments that are valid, hostile or (with ``broken``) wrong: HermiteMesh takes or refuses them."""
-    data = draw(mesh_data())
+    data = draw(mesh_data(quads))
     random = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     changes = draw(st.lists(st.sampled_from(HOSTILE), max_size=3, unique=True))
     for change in sorted(changes, key=HOSTILE.index):  # the data are left out last
