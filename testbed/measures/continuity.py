@@ -10,8 +10,9 @@ from testbed.geometry.domain import side_points
 from testbed.geometry.edges import PatchEdges, PatchSides
 from testbed.geometry.jets import Jet
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.geometry.vectors import Float, Int
 from testbed.measures.extremum import Extremum
+from testbed.measures.lengths import angle, length, unit_normal
 from testbed.measures.sampling import CHUNK
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
@@ -81,14 +82,14 @@ class Continuity(Measure):
         for start in range(0, len(edges), step):
             some = slice(start, start + step)
             jumps[:, some] = edge_jumps(surface, edges[some], t)
-        angle, gap = largest(surface, edges, t, jumps, self.candidates)
+        turn, gap = largest(surface, edges, t, jumps, self.candidates)
         sides = surface.mesh.sides
         result: dict[str, Value] = {
             "interior_edges": len(edges),
             "samples_per_edge": len(t),
-            "epsilon_deg": float(np.degrees(angle.value)),
-            "epsilon_face": angle.face,
-            "epsilon_bary": angle.bary(sides) if len(edges) else "",
+            "epsilon_deg": float(np.degrees(turn.value)),
+            "epsilon_face": turn.face,
+            "epsilon_bary": turn.bary(sides) if len(edges) else "",
             "gap_max": gap.value,
             "gap_face": gap.face,
             "gap_bary": gap.bary(sides) if len(edges) else "",
@@ -119,7 +120,7 @@ def edge_jumps(surface: Surface, edges: PatchEdges, t: Float) -> Float:
     left, right = edge_jets(surface, edges, t)
     # patches that are not finite have NaN for a jump, without a warning
     with np.errstate(invalid="ignore", over="ignore"):
-        return np.stack([angle_between(left.normal, right.normal), norm(left.f - right.f)])
+        return np.stack([angle(unit_normal(left), unit_normal(right)), length(left.f - right.f)])
 
 
 def edge_jets(surface: Surface, edges: PatchEdges, t: Float) -> tuple[Jet, Jet]:

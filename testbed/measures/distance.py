@@ -1,5 +1,6 @@
 """Distance and normal deviation from the exact surface, by projection onto it."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -7,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from testbed.geometry.exact import ExactSurface
-from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.geometry.vectors import Float, Int
 from testbed.measures.extremum import maxima
+from testbed.measures.lengths import angle, length, unit_normal
 from testbed.measures.sampling import chunks, sample
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
@@ -54,18 +56,19 @@ class Distance(Measure):
 
         def quantities(part: int, patches: Int, at: Float) -> Float:
             jet = surface.parts[part].batch.take(patches).jets(at, 1)
-            return deviations(exact, jet.f, jet.normal)
+            return deviations(exact, jet.f, unit_normal(jet))
 
         places = [one.points_at.at for one in samples]
         # samples at the corners are exact; between them and the margin, normals of blended patches lose digits
         margins = [batch.corner_margin for batch in surface.batches]
-        distance, angle = maxima(surface, sampled, places, quantities, margins, self.candidates)
-        squares = area = 0.0
+        distance, turn = maxima(surface, sampled, places, quantities, margins, self.candidates)
+        squares, areas = [], []
         for one, values in zip(samples, sampled, strict=True):
             rule = one.area.shape[1]
             weight = one.area * one.points_at.weights[:rule]
-            squares += float(np.sum(weight * values[0][:, :rule] ** 2))
-            area += float(np.sum(weight))
+            squares += np.sum(weight * values[0][:, :rule] ** 2, axis=1).tolist()
+            areas += np.sum(weight, axis=1).tolist()
+        area = exact_sum(areas)
         # a distance that is not known makes the mean unknown, also where the rule has no point
         known = area > 0.0 and not np.isnan(distance.value)
         sides = surface.mesh.sides
@@ -73,10 +76,10 @@ class Distance(Measure):
             "distance_max": distance.value,
             "distance_max_face": distance.face,
             "distance_max_bary": distance.bary(sides),
-            "distance_rms": float(np.sqrt(squares / area)) if known else float("nan"),
-            "normal_max_deg": float(np.degrees(angle.value)),
-            "normal_max_face": angle.face,
-            "normal_max_bary": angle.bary(sides),
+            "distance_rms": float(np.sqrt(exact_sum(squares) / area)) if known else float("nan"),
+            "normal_max_deg": float(np.degrees(turn.value)),
+            "normal_max_face": turn.face,
+            "normal_max_bary": turn.bary(sides),
         }
 
 
@@ -89,8 +92,8 @@ def deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
     foot[known] = exact.closest(flat[known])
     found = np.isfinite(foot).all(axis=-1)
     normal[found] = exact.normal(foot[found])
-    angle = angle_between(normals, normal.reshape(points.shape))
-    return np.stack([norm(points - foot.reshape(points.shape)), angle])
+    between = angle(normals, normal.reshape(points.shape))
+    return np.stack([length(points - foot.reshape(points.shape)), between])
 
 
 def _sampled_deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
@@ -98,3 +101,11 @@ def _sampled_deviations(exact: ExactSurface, points: Float, normals: Float) -> F
     for some in chunks(*points.shape[:2]):
         result[:, some] = deviations(exact, points[some], normals[some])
     return result
+
+
+def exact_sum(terms: list[float]) -> float:
+    """Sum rounded once, which does not depend on the order; not finite where the terms or the sum are not."""
+    try:
+        return math.fsum(terms)
+    except (OverflowError, ValueError):  # beyond the range of floats, or infinities of both signs
+        return float(np.sum(terms))
