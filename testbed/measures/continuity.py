@@ -10,9 +10,8 @@ from testbed.geometry.domain import side_points
 from testbed.geometry.edges import PatchEdges, PatchSides
 from testbed.geometry.jets import Jet
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, Int
+from testbed.geometry.vectors import Float, Int, angle_between, norm
 from testbed.measures.extremum import Extremum
-from testbed.measures.lengths import angle, length, unit_normal
 from testbed.measures.sampling import CHUNK
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
@@ -120,7 +119,7 @@ def edge_jumps(surface: Surface, edges: PatchEdges, t: Float) -> Float:
     left, right = edge_jets(surface, edges, t)
     # patches that are not finite have NaN for a jump, without a warning
     with np.errstate(invalid="ignore", over="ignore"):
-        return np.stack([angle(unit_normal(left), unit_normal(right)), length(left.f - right.f)])
+        return np.stack([angle_between(left.normal, right.normal), norm(left.f - right.f)])
 
 
 def edge_jets(surface: Surface, edges: PatchEdges, t: Float) -> tuple[Jet, Jet]:

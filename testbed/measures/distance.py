@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from testbed.geometry.exact import ExactSurface
-from testbed.geometry.vectors import Float, Int
+from testbed.geometry.vectors import Float, Int, angle_between, norm
 from testbed.measures.extremum import maxima
-from testbed.measures.lengths import angle, length, unit_normal
 from testbed.measures.sampling import chunks, sample
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
@@ -56,7 +55,7 @@ class Distance(Measure):
 
         def quantities(part: int, patches: Int, at: Float) -> Float:
             jet = surface.parts[part].batch.take(patches).jets(at, 1)
-            return deviations(exact, jet.f, unit_normal(jet))
+            return deviations(exact, jet.f, jet.normal)
 
         places = [one.points_at.at for one in samples]
         # samples at the corners are exact; between them and the margin, normals of blended patches lose digits
@@ -92,8 +91,8 @@ def deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
     foot[known] = exact.closest(flat[known])
     found = np.isfinite(foot).all(axis=-1)
     normal[found] = exact.normal(foot[found])
-    between = angle(normals, normal.reshape(points.shape))
-    return np.stack([length(points - foot.reshape(points.shape)), between])
+    between = angle_between(normals, normal.reshape(points.shape))
+    return np.stack([norm(points - foot.reshape(points.shape)), between])
 
 
 def _sampled_deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:

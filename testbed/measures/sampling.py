@@ -14,8 +14,7 @@ from testbed.geometry.curvature import analyse
 from testbed.geometry.domain import CORNERS, corner_distance, lattice
 from testbed.geometry.patches import PatchBatch
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, cross
-from testbed.measures.lengths import length
+from testbed.geometry.vectors import Bool, Float, cross, norm
 from testbed.plugins.measure import Survey
 
 #: Samples evaluated at once; a bound on memory, without influence on the results.
@@ -163,7 +162,7 @@ def _sample_part(batch: PatchBatch, where: SamplePoints) -> PatchSamples:
         # extremes propagate
         with np.errstate(invalid="ignore", over="ignore"):
             analysis = analyse(jet)
-            area[some] = length(cross(jet.fu[:, :rule], jet.fv[:, :rule]))
+            area[some] = norm(cross(jet.fu[:, :rule], jet.fv[:, :rule]))
         points[some], normals[some] = jet.f, analysis.normal
         gauss[some], mean[some] = analysis.gauss[:, where.curved], analysis.mean[:, where.curved]
     return PatchSamples(where, points, normals, area, gauss, mean)

@@ -10,7 +10,6 @@ from testbed.geometry.exact import ExactSurface
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, norm
 from testbed.measures.distance import Distance, deviations
-from testbed.measures.lengths import unit_normal
 from testbed.plugins.measure import Survey
 
 
@@ -60,7 +59,7 @@ def test_maxima_reach_those_of_a_fifty_times_denser_lattice(seed: int) -> None:
     surface = bumpy_octahedron(seed)
     found = distances(surface, UnitSphere())
     jet = surface.batches[0].jets(lattice(3, 100), 1)
-    distance, angle = deviations(UnitSphere(), jet.f, unit_normal(jet))
+    distance, angle = deviations(UnitSphere(), jet.f, jet.normal)
     assert found["distance_max"] >= distance.max()
     assert found["normal_max_deg"] >= np.degrees(angle.max())
 
