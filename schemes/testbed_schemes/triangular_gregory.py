@@ -8,7 +8,6 @@ Formulas: Mann 1992, section 2.3.2, with the blend **corrected**: as printed, th
 and the normals jump by some twenty degrees.
 """
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -110,18 +109,19 @@ def gregory_basis(b0: Any, b1: Any, b2: Any) -> list[Any]:
     I_ij takes the share b_k (1 - b_j) / (b_k (1 - b_j) + b_j (1 - b_k)) of the polynomial 12 b_i^2 b_j b_k, and I_ik
     the rest, so that on the edge b_j = 0 I_ij alone counts. **Corrected**: printed with the shares exchanged.
     """
-    b = (b0, b1, b2)
-    powers = [[1, x, x * x, x * x * x, x * x * x * x] for x in b]
+    # all three corners, and all three sides from corner i to corner j, at once
+    bi, bj, bk = (np.stack(b, axis=-1) for b in ((b0, b1, b2), (b1, b2, b0), (b2, b0, b1)))
+    square_i, square_j = bi * bi, bj * bj
+    sides = {4: square_i * square_i, 3: 4 * square_i * bi * bj, 2: 6 * square_i * square_j, 1: 4 * bi * square_j * bj}
     functions = []
-    for i, j, k in multi_indices(4)[BOUNDARY].tolist():
-        number = math.factorial(4) // (math.factorial(i) * math.factorial(j) * math.factorial(k))
-        functions.append(number * powers[0][i] * powers[1][j] * powers[2][k])
-    for i in range(3):
-        bi, bj, bk = b[i], b[(i + 1) % 3], b[(i + 2) % 3]
-        share_j, share_k = bk * (bk + bi), bj * (bj + bi)  # b_k (1 - b_j), b_j (1 - b_k)
-        polynomial = 12 * bi * bi * bj * bk / (share_j + share_k)
-        functions += [polynomial * share_j, polynomial * share_k]
-    return functions
+    for exponents in multi_indices(4)[BOUNDARY].tolist():
+        # of the corners with an exponent, the first of the side they are on
+        i = next(i for i in range(3) if exponents[i] > 0 and exponents[(i + 2) % 3] == 0)
+        functions.append(sides[exponents[i]][..., i])
+    share_j, share_k = bk * (bk + bi), bj * (bj + bi)  # b_k (1 - b_j), b_j (1 - b_k)
+    polynomials = 12 * square_i * bj * bk / (share_j + share_k)
+    blends = polynomials * share_j, polynomials * share_k
+    return functions + [blend[..., i] for i in range(3) for blend in blends]
 
 
 def corner_table() -> Float:

@@ -8,6 +8,7 @@ patches. The functions are written once in array notation and differentiated by 
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar, Self, TypeAlias
 
 import numpy as np
@@ -24,6 +25,8 @@ Basis: TypeAlias = Callable[[Any, Any, Any], Sequence[Any]]
 
 #: Points evaluated together where every patch has its own; the jets of the functions are 6 n numbers a point.
 RUN = 1024
+#: Functions at no more shared points than this are remembered.
+REMEMBERED = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,24 +66,22 @@ class TabulatedTriangles(PatchBatch):
     def __len__(self) -> int:
         return len(self.control_points)
 
-    def functions(self, at: Float, order: int) -> list[Float]:
-        """Jets of the n functions at points (..., 2), (1 | 3 | 6, ...) each; second derivatives are NaN at corners."""
+    def functions(self, at: Float, order: int) -> Float:
+        """Jets of the n functions at points (..., 2), (n, 1 | 3 | 6, ...); second derivatives are NaN at corners."""
         # 1 - max(b) rounds to zero for all that cannot be told from a corner in double precision
-        at_corner = np.atleast_1d(corner_distance(3, at) == 0.0)
-        corner = barycentric(at[at_corner]).argmax(axis=-1)
+        at_corner = np.asarray(corner_distance(3, at) == 0.0)
         b1, b2 = Taylor.variables(np.where(at_corner[..., None], 1.0 / 3.0, at), order)
-        jets = []
-        for function, at_corners in zip(self.basis(1.0 - (b1 + b2), b1, b2), self.corner_table.T, strict=True):
-            jet = np.array(function.coefficients)
-            jet[:, at_corner] = np.nan
-            jet[:3, at_corner] = at_corners[corner, : min(ROWS[order], 3)].T
-            jets.append(jet)
+        jets = np.stack([function.coefficients for function in self.basis(1.0 - (b1 + b2), b1, b2)])
+        if at_corner.any():
+            corner = barycentric(at[at_corner]).argmax(axis=-1)
+            jets[:, :, at_corner] = np.nan
+            jets[:, :3, at_corner] = np.moveaxis(self.corner_table[: ROWS[order], corner], -1, 0)
         return jets
 
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""
         if at.ndim == 2:
-            return Jet(apply_table(np.stack(self.functions(at, order), axis=-1), self.control_points))
+            return Jet(apply_table(np.moveaxis(self._shared(at, order), 0, -1), self.control_points))
         # memory runs along the samples, one component after the other
         result = np.zeros((ROWS[order], 3, *at.shape[:2]))
         run = max(1, RUN // max(at.shape[1], 1))
@@ -92,6 +93,12 @@ class TabulatedTriangles(PatchBatch):
                     result[:, :, patches] += jet[:, None] * points
         return Jet(result.transpose(0, 2, 3, 1))
 
+    def _shared(self, at: Float, order: int) -> Float:
+        """Functions at points shared by all patches, which a batch that comes in chunks asks for again and again."""
+        remembered = _functions if len(at) <= REMEMBERED else _functions.__wrapped__
+        table = np.ascontiguousarray(self.corner_table)
+        return remembered(self.basis, table.tobytes(), order, np.asarray(at, dtype=np.float64).tobytes())
+
     def take(self, patches: Int | slice) -> Self:
         """Return the chosen patches."""
         return dataclasses.replace(self, control_points=self.control_points[patches])
@@ -100,3 +107,12 @@ class TabulatedTriangles(PatchBatch):
     def finite(self) -> Bool:
         """(P,) true where every coordinate is finite."""
         return np.asarray(np.isfinite(self.control_points).all(axis=(1, 2)))
+
+
+@lru_cache(maxsize=16)
+def _functions(basis: Basis, corner_table: bytes, order: int, points: bytes) -> Float:
+    table = np.frombuffer(corner_table).reshape(3, 3, -1)
+    batch = TabulatedTriangles(basis, np.zeros((0, table.shape[2], 3)), table, 0.0)
+    functions = batch.functions(np.frombuffer(points).reshape(-1, 2), order)
+    functions.flags.writeable = False
+    return functions
