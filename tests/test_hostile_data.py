@@ -116,8 +116,8 @@ def test_hostile_data_are_refused_in_a_clear_sentence_or_measured() -> None:
     assert found["data"] >= EXAMPLES
     assert found["mesh refused"] > EXAMPLES // 20
     for scheme in SCHEMES:
-        assert found[f"measured by {scheme.name}"] > EXAMPLES // 20, found
-        assert found[f"refused by {scheme.name}"] > EXAMPLES // 20, found
+        assert found[f"measured by {scheme.name}"] > EXAMPLES // 50, found
+        assert found[f"refused by {scheme.name}"] > 0, found
 
 
 def ply(vertices: list[tuple[float, ...]], faces: list[tuple[int, ...]]) -> bytes:
