@@ -129,7 +129,42 @@ def test_the_cubic_interpolant_refuses_second_forms_that_put_its_centre_far_away
     for factor, far in ((1e6, False), (1e12, True)):
         data = HermiteMesh(sphere.points, sphere.faces, sphere.normals, factor * sphere.second_forms)
         if far:
-            with pytest.raises(Refused, match=r"the centre of face 0 \(vertices .*\) \de\+\d\d times its longest side"):
+            with pytest.raises(Refused, match=r"moves the centre of face 0 \(vertices .*\) by \de\+\d\d heights"):
                 scheme.fit(data)
         else:
             assert scheme.fit(data).patch_count == 20
+
+
+def test_a_narrow_corner_is_no_line_and_a_normal_in_its_plane_is_one_but_for_rounding() -> None:
+    narrow = HermiteMesh([[0.0, 0, 0], [1, 0, 0], [1, 1e-9, 0]], [[0, 1, 2]], np.tile([0.0, 0, 1], (3, 1)))
+    check_corners(SUBJECT, narrow, *projected(narrow))
+    wide = HermiteMesh([[0.0, 0, 0], [1, 0, 0], [0.3, 0.9, 0.2]], [[0, 1, 2]], np.tile([0.0, 0, 1], (3, 1)))
+    start, end = chords(wide)
+    for sine, fits in ((1e-6, True), (1e-11, False)):
+        start[0] = start[1] + sine * np.cross(start[1], [0.0, 0, 1])  # edges 01 and 02 from vertex 0
+        if fits:
+            check_corners(SUBJECT, wide, start, end)
+        else:
+            with pytest.raises(Refused, match="vertex 0 of face 0"):
+                check_corners(SUBJECT, wide, start, end)
+
+
+@pytest.mark.parametrize("angle", [1e-3, 1e-6])
+def test_nielson_refuses_edges_whose_projection_has_lost_its_digits(angle: float) -> None:
+    normals = np.array([[np.cos(angle), 0.0, np.sin(angle)], [0, 0, 1], [0, 0, 1]])
+    mesh = HermiteMesh([[0.0, 0, 0], [1, 0, 0], [0.3, 0.9, 0]], [[0, 1, 2]], normals)
+    if angle < 1e-4:
+        with pytest.raises(Refused, match="the edge from vertex 0 to vertex 1"):
+            testbed.scheme("nielson").fit(mesh)
+    else:
+        assert testbed.scheme("nielson").fit(mesh).patch_count == 1
+
+
+def test_the_cubic_interpolant_measures_the_way_of_its_centre_by_the_height_of_the_face() -> None:
+    needle = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1e-6, 0]])
+    scheme = testbed.scheme("cubic-interpolant[boundary=projected]")
+    bend = np.tile(np.diag([1.0, 1.0, 0.0]), (3, 1, 1))
+    normals = vertex_normals(needle, np.array([[0, 1, 2]]))
+    assert scheme.fit(HermiteMesh(needle, [[0, 1, 2]], normals, bend)).patch_count == 1
+    with pytest.raises(Refused, match="heights of the face"):
+        scheme.fit(HermiteMesh(needle, [[0, 1, 2]], normals, 1e6 * bend))

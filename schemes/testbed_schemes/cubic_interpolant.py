@@ -15,7 +15,7 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.mesh_checks import named
 from testbed.geometry.nets import CENTRE, boundary_net, corner_legs
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, Int, dot, norm
+from testbed.geometry.vectors import Float, Int, cross, dot, norm
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.hermite import Hermite
@@ -26,9 +26,9 @@ from testbed_schemes.quadratic_precision import quadratic_precision_centre
 #: h, h (h, h^2 on parabolic lines): a larger cut-off would in the end drop them on every fine mesh, and with them the
 #: order of convergence.
 CUTOFF = 1e-8
-#: A centre further away than this, in units of the face's longest side, leaves fewer than half of their digits to the
-#: normals of the patch; at the inverse of the machine precision it leaves none.
-FARTHEST = 1e8
+#: How far the second fundamental forms may move a centre, in heights of the face: at the inverse of the machine
+#: precision nothing is left of the normals of the patch, here six of their digits.
+FARTHEST = 1e10
 
 
 @dataclass(frozen=True)
@@ -96,14 +96,15 @@ def centre_points(mesh: HermiteMesh, net: Float) -> tuple[Float, Int]:
 
 
 def check_centres(scheme: CubicInterpolant, mesh: HermiteMesh, net: Float) -> None:
-    """Refuse data that put the centre of a face beyond ``FARTHEST``; the message names the first face."""
+    """Refuse data that move the centre of a face by more than ``FARTHEST``; the message names the first face."""
     corners = mesh.corner_points()
-    longest = norm(np.roll(corners, -1, axis=1) - corners).max(axis=1)
-    distance = norm(net[:, CENTRE] - corners[:, 0]) / longest
-    far = distance > FARTHEST
+    sides = np.roll(corners, -1, axis=1) - corners
+    height = norm(cross(sides[:, 0], sides[:, 1])) / norm(sides).max(axis=1)
+    moved = norm(net[:, CENTRE] - quadratic_precision_centre(net)) / height
+    far = moved > FARTHEST
     if far.any():
         face = int(np.argmax(far))
         raise Refused(
-            f"{scheme} needs the centre of {named(mesh.faces, face)} {distance[face]:.0e} times its longest side away "
-            "to match the second fundamental forms there: check their size, or refine the mesh"
+            f"{scheme} moves the centre of {named(mesh.faces, face)} by {moved[face]:.0e} heights of the face to match "
+            "the second fundamental forms there: check their size, or refine the mesh"
         )

@@ -29,7 +29,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm, tangential
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.planar_frame import PARALLEL, edge_normals, projected_tangents
+from testbed_schemes.planar_frame import PARALLEL, edge_normals
 from testbed_schemes.side_vertex import (
     CORNER_MARGIN,
     J,
@@ -39,6 +39,10 @@ from testbed_schemes.side_vertex import (
     hermite_weights,
     side_vertex_blend,
 )
+
+#: Least cosine of the angle between a chord and its projection: computed from the sine, it has lost half of its digits
+#: here, and all of them at the square.
+SHADOW = 1e-4
 
 Tangents: TypeAlias = Literal["chord", "circular"]
 
@@ -179,8 +183,8 @@ def edge_tangents(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> tup
     """
     edges = mesh.edge_data
     chord, (n0, n1) = edges.p1 - edges.p0, edge_normals(edges)
-    (t0, t1), length = projected_tangents(chord, n0, n1)
-    undefined: Bool = np.asarray(~np.isfinite(t0 + t1).all(axis=1))
+    length, shadow = norm(chord), np.minimum(norm(tangential(chord, n0)), norm(tangential(chord, n1)))
+    undefined: Bool = np.asarray(~(shadow > SHADOW * length))
     refuse(mesh, undefined, "is parallel to the normal at one of its ends")
     leaving, arriving = tangent(chord, n0, fullness, tangents), tangent(chord, n1, fullness, tangents)
     half = np.full(len(chord), 0.5)

@@ -9,6 +9,10 @@ from testbed.geometry.mesh_checks import FLATNESS, named
 from testbed.geometry.vectors import Bool, Float, cross, dot
 from testbed.plugins.base import Plugin
 
+#: Two tangents are on one line if the sine of their angle is this much smaller than at the corner of the face itself:
+#: rounding of tangents that are projected along a normal in the plane of the face, and lose half of their digits.
+IN_PLANE = 1e-8
+
 
 def check_corners(plugin: Plugin, mesh: HermiteMesh, start: Float, end: Float) -> None:
     """Refuse boundary curves that leave a corner of a face along one line: no patch has a tangent plane there.
@@ -31,13 +35,16 @@ def check_corners(plugin: Plugin, mesh: HermiteMesh, start: Float, end: Float) -
     tangents, place = _planar(start, end), dot(mesh.points, mesh.points)
 
     def singular(faces: slice) -> Bool:
-        onward, back = _corner_tangents(mesh, faces, tangents)
-        normal = cross(onward, back)
-        # squares of lengths stay within the range of floats for all lengths that a mesh may have
-        sizes = dot(onward, onward), dot(back, back)
-        with np.errstate(invalid="ignore", divide="ignore"):  # no tangent: NaN, and singular
-            rounding = FLATNESS**2 * np.maximum(1.0, place[mesh.faces[faces]] / np.minimum(*sizes))
-            return ~(dot(normal, normal) > rounding * sizes[0] * sizes[1])
+        # squares: they stay within the range of floats for all lengths that a mesh may have
+        sine, least = _square_sine(*_corner_tangents(mesh, faces, tangents))
+        with np.errstate(divide="ignore"):  # no tangent: singular
+            rounding = FLATNESS**2 * np.maximum(1.0, place[mesh.faces[faces]] / least)
+        unfit: Bool = ~(sine > np.maximum(rounding, IN_PLANE**2))  # NaN is unfit
+        if unfit.any():  # unless the corner of the face is as narrow
+            corners = mesh.corner_points()[faces]
+            flat_sine, _ = _square_sine(np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners)
+            unfit = ~(sine > np.maximum(rounding, IN_PLANE**2 * flat_sine))
+        return unfit
 
     _refuse(
         plugin,
@@ -101,6 +108,13 @@ def _corner_tangents(mesh: HermiteMesh, faces: slice, tangents: Float) -> tuple[
     opposite = edges + len(mesh.edges)
     onward, back = np.where(forward, edges, opposite), np.roll(np.where(forward, opposite, edges), 1, axis=1)
     return np.moveaxis(tangents.T.take(onward, axis=1), 0, -1), np.moveaxis(tangents.T.take(back, axis=1), 0, -1)
+
+
+def _square_sine(a: Float, b: Float) -> tuple[Float, Float]:
+    """Squares of the sine of the angle between vectors and of the length of the shorter one."""
+    normal, sizes = cross(a, b), (dot(a, a), dot(b, b))
+    with np.errstate(invalid="ignore", divide="ignore"):  # no tangent: NaN
+        return dot(normal, normal) / (sizes[0] * sizes[1]), np.minimum(*sizes)
 
 
 def _refuse(plugin: Plugin, mesh: HermiteMesh, corners: Bool, why: str) -> None:
