@@ -105,8 +105,7 @@ class Scheme(Plugin):
         if mesh.sides not in self.domain:
             kinds = " or ".join({3: "triangles", 4: "quadrilaterals"}[n] for n in self.domain)
             raise Refused(
-                f"{self} takes meshes of {kinds}, and this mesh's faces have {mesh.sides} sides: "
-                f"make {kinds} of them"
+                f"{self} takes meshes of {kinds}, and this mesh's faces have {mesh.sides} sides: make {kinds} of them"
             )
         check_needs(self, self.needs, mesh)
         surface = self.construct(mesh)
