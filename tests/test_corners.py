@@ -135,6 +135,13 @@ def test_the_cubic_interpolant_refuses_second_forms_that_put_its_centre_far_away
             assert scheme.fit(data).patch_count == 20
 
 
+def test_a_vertex_at_the_origin_without_a_tangent_is_refused() -> None:
+    mesh = HermiteMesh(np.vstack([np.zeros(3), np.eye(3)[:2]]), [[0, 1, 2]])
+    start, end = chords(mesh)
+    with pytest.raises(Refused, match="vertex 0 of face 0"):
+        check_corners(SUBJECT, mesh, 0.0 * start, end)
+
+
 def test_a_narrow_corner_is_no_line_and_a_normal_in_its_plane_is_one_but_for_rounding() -> None:
     narrow = HermiteMesh([[0.0, 0, 0], [1, 0, 0], [1, 1e-9, 0]], [[0, 1, 2]], np.tile([0.0, 0, 1], (3, 1)))
     check_corners(SUBJECT, narrow, *projected(narrow))

@@ -37,7 +37,7 @@ def check_corners(plugin: Plugin, mesh: HermiteMesh, start: Float, end: Float) -
     def singular(faces: slice) -> Bool:
         # squares: they stay within the range of floats for all lengths that a mesh may have
         sine, least = _square_sine(*_corner_tangents(mesh, faces, tangents))
-        with np.errstate(divide="ignore"):  # no tangent: singular
+        with np.errstate(invalid="ignore", divide="ignore"):  # no tangent: singular
             rounding = FLATNESS**2 * np.maximum(1.0, place[mesh.faces[faces]] / least)
         unfit: Bool = ~(sine > np.maximum(rounding, IN_PLANE**2))  # NaN is unfit
         if unfit.any():  # unless the corner of the face is as narrow
