@@ -135,6 +135,15 @@ def test_the_cubic_interpolant_refuses_second_forms_that_put_its_centre_far_away
             assert scheme.fit(data).patch_count == 20
 
 
+@pytest.mark.parametrize("name", ["shirman-sequin", "triangular-gregory"])
+def test_schemes_on_networks_refuse_normals_that_are_opposite_as_seen_along_an_edge(name: str) -> None:
+    # the curve from vertex 0 to 1 stays in the plane of the face, its conormals point up and down
+    normals = [[0.98551924, -0.16956364, 0], [-0.89508782, -0.44588989, 0], [0, 0, 1.0]]
+    mesh = HermiteMesh([[1.0, 0, 0], [1, 1, 0], [0, 0, 0]], [[0, 1, 2]], normals)
+    with pytest.raises(Refused, match=r"half-way on 1 of 3 edges, the first from vertex 0 to vertex 1: .*opposite"):
+        testbed.scheme(f"{name}[boundary=planar]").fit(mesh)
+
+
 def test_a_vertex_at_the_origin_without_a_tangent_is_refused() -> None:
     mesh = HermiteMesh(np.vstack([np.zeros(3), np.eye(3)[:2]]), [[0, 1, 2]])
     start, end = chords(mesh)

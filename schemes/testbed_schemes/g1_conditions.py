@@ -17,7 +17,32 @@ sides of the edge, where the source turns it so that k > 0; the field of planes 
 
 import numpy as np
 
-from testbed.geometry.vectors import Float, cross, dot, unit
+from testbed.errors import Refused
+from testbed.geometry.curves import CurveNetwork
+from testbed.geometry.vectors import Bool, Float, cross, dot, norm, unit
+from testbed.plugins.corners import check_sides
+from testbed.plugins.scheme import Scheme
+from testbed_schemes.planar_frame import PARALLEL, edge_normals
+
+
+def check_fields(scheme: Scheme, network: CurveNetwork) -> None:
+    """Refuse curves along which the cross-boundary fields would turn a patch over or vanish half-way.
+
+    Raises
+    ------
+    Refused
+        Normals stand on different sides of a face, or C0 and C1 are opposite; the message names the vertices.
+    """
+    mesh, (start, end) = network.mesh, network.end_legs
+    check_sides(scheme, mesh, start, end)
+    normal0, normal1 = edge_normals(mesh.edge_data)
+    vanishes: Bool = np.less_equal(norm(conormal(normal0, start) + conormal(normal1, -end)), PARALLEL)
+    if vanishes.any():
+        i, j = mesh.edges[vanishes][0].tolist()
+        raise Refused(
+            f"{scheme} has no tangent plane half-way on {int(vanishes.sum())} of {len(mesh.edges)} edges, the first "
+            f"from vertex {i} to vertex {j}: as seen along the edge its normals are opposite, turn one or move a vertex"
+        )
 
 
 def conormal(normal: Float, tangent: Float) -> Float:

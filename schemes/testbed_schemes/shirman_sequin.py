@@ -21,10 +21,9 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
 from testbed.plugins.boundary import BoundaryCurve
-from testbed.plugins.corners import check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
-from testbed_schemes.g1_conditions import cross_boundary_points
+from testbed_schemes.g1_conditions import check_fields, cross_boundary_points
 from testbed_schemes.split_domain import J, K, SplitFaces, corner_neighbours, sum_near_corners
 
 
@@ -73,7 +72,7 @@ class ShirmanSequin(Scheme):
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build three quartics a face."""
         network = self.boundary.network(mesh)
-        check_sides(self, mesh, *network.end_legs)
+        check_fields(self, network)
         curves, normals = network.opposite_vertices(), mesh.corner_normals()
         beta = np.broadcast_to(2.0 / self.corner_alphas(mesh)[..., None], (len(curves), 3, 1))
 

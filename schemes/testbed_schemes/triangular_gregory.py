@@ -22,10 +22,9 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import TabulatedTriangles
 from testbed.geometry.vectors import Float
 from testbed.plugins.boundary import BoundaryCurve
-from testbed.plugins.corners import check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
-from testbed_schemes.g1_conditions import cross_boundary_points
+from testbed_schemes.g1_conditions import check_fields, cross_boundary_points
 from testbed_schemes.split_domain import J, K
 
 #: Places of the twelve boundary control points in the net of a quartic.
@@ -73,7 +72,7 @@ class TriangularGregory(Scheme):
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build one patch a face from 12 boundary and 6 inner control points."""
         network = self.boundary.network(mesh)
-        check_sides(self, mesh, *network.end_legs)
+        check_fields(self, network)
         net = boundary_net(network, degree=4)
         inner = inner_points(network.opposite_vertices(), net, mesh.corner_normals(), self.jensen_c)
         control_points = np.concatenate([net[:, BOUNDARY], inner], axis=1)
