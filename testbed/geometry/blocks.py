@@ -7,7 +7,7 @@ import numpy as np
 from testbed.geometry.vectors import Float
 
 #: Rows of a block.
-BLOCK = 4096
+BLOCK = 1024
 
 
 def blocks(count: int) -> Iterator[slice]:
@@ -17,7 +17,7 @@ def blocks(count: int) -> Iterator[slice]:
 
 
 def in_blocks(compute: Callable[[slice], Float], count: int) -> Float:
-    """Return ``compute(slice(0, count))`` as if at once; rows of the result depend on their own rows only.
+    """Return ``compute(slice(0, count))`` as if at once, read-only; rows of the result depend on their own rows only.
 
     Parameters
     ----------
@@ -33,4 +33,5 @@ def in_blocks(compute: Callable[[slice], Float], count: int) -> Float:
             result = np.empty((count, *values.shape[1:]))
         result[block] = values
     assert result is not None  # noqa: S101 - there is at least one block
+    result.flags.writeable = False  # so that patches need no copy of it
     return result
