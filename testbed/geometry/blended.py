@@ -106,7 +106,9 @@ class BlendedTriangles(PatchBatch):
         planes = np.empty((ROWS[order], 3, points.shape[1], len(self)))
         for patches, samples in self._chunks(points.shape[1], CHUNK * ROWS[2] // ROWS[order]):
             here = away[:, samples] if shared else away[patches, samples]
-            planes[:, :, samples, patches] = self._evaluate(patches, here, order)
+            # where a formula has no value its points are NaN, which every measure reports
+            with np.errstate(invalid="ignore", divide="ignore"):
+                planes[:, :, samples, patches] = self._evaluate(patches, here, order)
         coefficients = planes.transpose(0, 3, 2, 1)
         patch, sample = np.nonzero(np.broadcast_to(at_corner, coefficients.shape[1:3]))
         if len(patch):
