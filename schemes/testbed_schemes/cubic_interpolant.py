@@ -11,6 +11,7 @@ import numpy as np
 
 from testbed.errors import Refused
 from testbed.geometry.bezier import BezierTriangles
+from testbed.geometry.blocks import blocks
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.mesh_checks import named
 from testbed.geometry.nets import CENTRE, boundary_net, corner_legs
@@ -65,18 +66,29 @@ class CubicInterpolant(Scheme):
         """Return the cubic triangles; counts faces whose three planes do not meet in a point."""
         curves = self.boundary.network(mesh)
         net = boundary_net(curves)
-        net[:, CENTRE], rank = centre_points(mesh, net)
+        singular = 0
+        for faces in blocks(len(net)):
+            net[faces, CENTRE], rank = centre_points(mesh, net[faces], faces)
+            singular += int((rank < 3).sum())
         check_centres(self, mesh, net)
-        singular = int((rank < 3).sum())
         notes = {**curves.notes, "singular centres": singular} if singular else curves.notes
         return Surface.over_faces(mesh, BezierTriangles(net), notes)
 
 
-def centre_points(mesh: HermiteMesh, net: Float) -> tuple[Float, Int]:
+def centre_points(mesh: HermiteMesh, net: Float, faces: slice = slice(None)) -> tuple[Float, Int]:
     """P111 from the mixed partials at the corners (3.4): <P111 - V, n> = -3/2 II(u, v), u and v the net's legs there.
 
     The three planes are solved by singular value decomposition about the point of quadratic precision: where they are
     parallel or meet in a line, the solution next to that point is taken.
+
+    Parameters
+    ----------
+    mesh
+        The mesh, with normals and second forms.
+    net
+        (F, 10, 3) cubic nets with their boundaries.
+    faces
+        Which faces of the mesh these are.
 
     Returns
     -------
@@ -86,9 +98,9 @@ def centre_points(mesh: HermiteMesh, net: Float) -> tuple[Float, Int]:
         (F,) of the three planes; below 3 the mixed partials are matched as nearly as possible, in least squares.
     """
     vertex, leg_u, leg_v = corner_legs(net)
-    normals = mesh.corner_normals()
+    normals = mesh.corner_normals(faces)
     guess = quadratic_precision_centre(net)
-    heights = dot(vertex - guess[:, None], normals) - 1.5 * mesh.second_form(leg_u, leg_v)
+    heights = dot(vertex - guess[:, None], normals) - 1.5 * mesh.second_form(leg_u, leg_v, faces)
     left, size, right = np.linalg.svd(normals)
     kept = size > CUTOFF * size[:, :1]
     components = np.einsum("fji,fj->fi", left, heights) / np.where(kept, size, np.inf)

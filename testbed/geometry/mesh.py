@@ -203,17 +203,20 @@ class HermiteMesh:
         """(F, sides, 3) vertices by face corner."""
         return self.points[self.faces]
 
-    def corner_normals(self) -> Float:
-        """(F, sides, 3) unit normals by face corner; raises ValueError if the mesh has none."""
+    def corner_normals(self, faces: slice = slice(None)) -> Float:
+        """(F, sides, 3) unit normals by corner of all faces, or of some; raises ValueError if the mesh has none."""
         if self.normals is None:
             raise ValueError("this mesh has no normals")
-        return self.normals[self.faces]
+        return self.normals[self.faces[faces]]
 
-    def second_form(self, u: Float, v: Float) -> Float:
-        """II(u, v) at the face corners, (F, sides), of vectors (F, sides, 3); ValueError without second forms."""
+    def second_form(self, u: Float, v: Float, faces: slice = slice(None)) -> Float:
+        """II(u, v) at the corners of all faces, or of some, (F, sides), of vectors (F, sides, 3).
+
+        Raises ValueError if the mesh has no second forms.
+        """
         if self.second_forms is None:
             raise ValueError("this mesh has no second fundamental forms")
-        return quadratic_form(u, self.second_forms[self.faces], v)
+        return quadratic_form(u, self.second_forms[self.faces[faces]], v)
 
     def _changed(self, **data: Any) -> "HermiteMesh":
         kept = {name: getattr(self, name) for name in ("points", "faces", "normals", "second_forms")}

@@ -16,7 +16,7 @@ from testbed.geometry.mesh import HermiteMesh
 
 #: 102,400 and 25,600 faces, with exact normals and second forms.
 FINE, COARSE = 5, 4
-ROUNDS = 5
+ROUNDS = 9
 
 
 def fresh(level: int) -> HermiteMesh:
