@@ -43,9 +43,9 @@ def render(page: Page) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     template = environment.from_string(folder.joinpath("page.html.j2").read_text("utf-8"))
     # the only markup that is not in the template: our own stylesheet, and drawings that hold no text of others
-    stylesheet = Markup(folder.joinpath("page.css").read_text("utf-8"))  # noqa: S704
+    stylesheet = Markup(folder.joinpath("page.css").read_text("utf-8"))  # noqa: S704 - ours
     plots = [
-        [Markup(svg) for svg in draw(section.panels, f"plot-{number}")]  # noqa: S704
+        [Markup(svg) for svg in draw(section.panels, f"plot-{number}")]  # noqa: S704 - numbers and our own labels
         for number, section in enumerate(page.sections)
     ]
     text = template.render(page=page, stylesheet=stylesheet, plots=plots)

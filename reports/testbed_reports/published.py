@@ -352,6 +352,7 @@ def published_rows(directory: Path) -> tuple[PublishedRow, ...]:
         with path.open(encoding="utf-8", newline="") as file:
             records = list(csv.DictReader(file, strict=True))
         return tuple(
+            # texts and numbers mixed, which the type of a row's columns does not tell apart
             PublishedRow(**{**record, **{name: float(record[name] or "nan") for name in numbers}})  # type: ignore[arg-type]
             for record in records
         )

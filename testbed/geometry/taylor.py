@@ -320,7 +320,7 @@ def _cross(a: Any, b: Any) -> Taylor:
 
 
 def _norm(a: Taylor, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Taylor:
-    root: Taylor = np.sqrt(_sum(a**2, axis, keepdims))  # type: ignore[assignment]
+    root: Taylor = np.sqrt(_sum(a**2, axis, keepdims))  # type: ignore[assignment]  # numpy dispatches to Taylor
     return root
 
 

@@ -151,7 +151,8 @@ class Journal:
         with self._transaction():
             holder = self._database.execute("SELECT run FROM claims WHERE key = ?", (key,)).fetchone()
             if holder is not None and holder[0] == self.run:
-                self._database.execute(f"INSERT OR REPLACE INTO cells VALUES ({','.join('?' * len(row))})", row)  # noqa: S608
+                places = ",".join("?" * len(row))
+                self._database.execute(f"INSERT OR REPLACE INTO cells VALUES ({places})", row)  # noqa: S608 - no values
                 self._database.execute("DELETE FROM claims WHERE key = ?", (key,))
 
     @contextlib.contextmanager

@@ -17,7 +17,6 @@ from testbed_schemes.boundary_curves.hermite import Hermite, speed_variation
 from testbed_schemes.boundary_curves.optimized import Optimized, best_speeds
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
-from testbed_schemes.crossed_parabolas import positive_solutions
 from testbed_schemes.planar_frame import planar_frame
 
 CURVES = [Projected(), Planar(), Circular(), Hermite(), Hermite(root="worst"), Optimized()]
@@ -331,28 +330,6 @@ def test_the_guard_turns_a_short_leg_into_a_fallback() -> None:
 def test_a_guard_that_is_no_interval_is_an_error(guard: tuple[float, ...]) -> None:
     with pytest.raises(SpecError, match="guard"):
         Hermite(guard=guard)
-
-
-def test_all_positive_solutions_of_two_crossed_parabolas_are_found() -> None:
-    rng = np.random.default_rng(4)
-    count = 3000
-    a = np.repeat(rng.normal(size=(1, count)), 2, axis=0)
-    b, e = rng.normal(size=(2, count)), rng.normal(size=(2, count))
-    solutions = positive_solutions(a, b, e, 1e-4, 1e4)
-    companion = np.zeros((count, 4, 4))
-    companion[:, 1, 0] = companion[:, 2, 1] = companion[:, 3, 2] = 1.0
-    lead = b[0] * b[1] ** 2
-    companion[:, 0, 3] = -(b[0] * e[1] ** 2 - e[0] * a[1] ** 2) / lead
-    companion[:, 1, 3] = -a[0] * a[1] ** 2 / lead
-    companion[:, 2, 3] = 2.0 * b[0] * b[1] * e[1] / lead
-    roots = np.linalg.eigvals(companion)
-    x = roots.real
-    y = (e[1, :, None] - b[1, :, None] * x**2) / a[1, :, None]
-    real = (np.abs(roots.imag) < 1e-9 * np.abs(roots)) & (x > 2e-4) & (y > 2e-4) & (x < 1e3) & (y < 1e3)
-    nearest = np.abs(solutions[0].T[:, None, :] - x[..., None])
-    nearest = np.where(np.isnan(nearest), np.inf, nearest).min(axis=-1)
-    assert real.sum() > 500
-    assert (nearest[real] < 1e-6 * x[real]).all()
 
 
 def test_uniform_speed_has_no_variation() -> None:
