@@ -112,3 +112,8 @@ def test_text_behind_a_colon_needs_a_positional_field() -> None:
 
 def test_nested_plugins_are_found_depth_first() -> None:
     assert [plugin.name for plugin in Patch().nested()] == ["patch", "curve"]
+
+
+def test_a_scheme_with_boundary_curves_of_its_own_says_so() -> None:
+    with pytest.raises(SpecError, match="builds its own boundary curves and takes no others"):
+        scheme("nielson[boundary=planar]")

@@ -24,7 +24,7 @@ from testbed.geometry.vectors import Float
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
-from testbed_schemes.g1_conditions import check_fields, cross_boundary_points
+from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, cross_boundary_points
 from testbed_schemes.split_domain import J, K
 
 #: Places of the twelve boundary control points in the net of a quartic.

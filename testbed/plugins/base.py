@@ -25,6 +25,12 @@ class Plugin(ABC):
         Where it is published.
     positional
         The text field that ``name:TEXT`` sets, for instance a file's path; None where there is none.
+    formula
+        The construction in a line or two of plain text, for catalogues; empty where there is nothing to say.
+    status
+        How its formulas relate to the published ones: as printed, corrected, or a fill where the source is silent.
+    failures
+        Data on which it is known to fail, to be refused or to look bad.
     required
         Class attributes that every registered plugin of the kind has to declare.
     """
@@ -32,6 +38,9 @@ class Plugin(ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     reference: ClassVar[str]
+    formula: ClassVar[str] = ""
+    status: ClassVar[str] = ""
+    failures: ClassVar[str] = ""
     positional: ClassVar[str | None] = None
     required: ClassVar[tuple[str, ...]] = ("name", "title", "reference")
 

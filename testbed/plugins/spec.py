@@ -55,6 +55,8 @@ def parse(text: str, kind: type[P], lookup: Lookup) -> P:
     for item in fields:
         field, equals, value = (part.strip() for part in item.partition("="))
         if field not in types_of:
+            if field == "boundary" and lookup.kind_name(kind) == "scheme":
+                raise SpecError(f"{name} builds its own boundary curves and takes no others: leave out {field}")
             raise SpecError(f"{name} has no parameter {field!r}: {_choices(field, types_of)}")
         if not equals or not value:
             raise SpecError(f"parameter {field} of {name} has no value: write {field}=VALUE")

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from testbed.geometry.vectors import Float, angle_between, cross, dot, norm, tangential, unit
-from testbed_schemes.g1_conditions import conormal, cross_boundary_points
+from testbed_schemes.continuity_conditions.chiyokura_kimura import conormal, cross_boundary_points
 
 T = np.linspace(0.0, 1.0, 21)
 seeds = st.integers(0, 2**32 - 1)
