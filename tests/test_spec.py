@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from testbed.errors import SpecError
 from testbed.plugins.base import Plugin
 from testbed.plugins.spec import parse
+from testbed.registry import scheme
 
 
 @dataclass(frozen=True)
