@@ -1,7 +1,7 @@
 """When two patches join with a common tangent plane, or with a common curvature: the conditions, one module each.
 
-Schemes solve these conditions for their control points; the modules here know edges and rows of control points only. All
-number an edge's cubic boundary H_0 to H_3 and write F_r and G_r for the second rows on its two sides.
+Schemes solve these conditions for their control points; the modules here know edges and rows of control points only.
+All number an edge's cubic boundary H_0 to H_3 and write F_r and G_r for the second rows on its two sides.
 
 farin             G1 of two Bezier triangles of any degree whose inner boundary is shared, as a residual
 chiyokura_kimura  a cubic boundary: both rows from one field of tangent planes, neither reads the other; Jensen's C
