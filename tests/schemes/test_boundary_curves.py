@@ -15,11 +15,22 @@ from testbed.registry import catalogue
 from testbed_schemes.boundary_curves.circular import Circular
 from testbed_schemes.boundary_curves.hermite import Hermite, speed_variation
 from testbed_schemes.boundary_curves.optimized import Optimized, best_speeds
+from testbed_schemes.boundary_curves.piper import PiperCurve
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
+from testbed_schemes.boundary_curves.walton_meek import WaltonMeekCurve
 from testbed_schemes.planar_frame import planar_frame
 
-CURVES = [Projected(), Planar(), Circular(), Hermite(), Hermite(root="worst"), Optimized()]
+CURVES = [
+    Projected(),
+    Planar(),
+    Circular(),
+    Hermite(),
+    Hermite(root="worst"),
+    Optimized(),
+    PiperCurve(),
+    WaltonMeekCurve(),
+]
 every_curve = pytest.mark.parametrize("boundary", CURVES, ids=str)
 PLANAR = [Planar(), Hermite(), Hermite(root="worst"), Optimized()]
 
