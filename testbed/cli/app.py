@@ -36,6 +36,18 @@ Levels = Annotated[
     str | None,
     typer.Option("--levels", metavar="A:B", help="Levels A to B, both included. Default: each dataset's own."),
 ]
+Boundaries = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-b",
+        "--boundary",
+        metavar="CURVE",
+        help="Compute schemes on a curve network with these boundary curves too; all for all; may be repeated.",
+    ),
+]
+Complete = Annotated[
+    bool, typer.Option("--all", help="All levels, where a plain run leaves out the finest to be done in minutes.")
+]
 Jobs = Annotated[
     int | None, typer.Option("-j", "--jobs", min=1, metavar="N", help="Worker processes. Default: one a processor.")
 ]
@@ -59,6 +71,8 @@ def run(
     schemes: Schemes = None,
     datasets: Datasets = None,
     levels: Levels = None,
+    boundaries: Boundaries = None,
+    complete: Complete = False,
     jobs: Jobs = None,
     output: Directory = Path("results"),
     timeout: Annotated[float, typer.Option(min=0.001, metavar="SECONDS", help="What a cell may take.")] = 300.0,
@@ -66,17 +80,17 @@ def run(
     parquet: Annotated[bool, typer.Option("--parquet", help="Write results.parquet too.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Compute schemes x datasets x levels, and write tables and a page. Without options: everything.
+    """Compute schemes x datasets x levels, and write tables and a page.
 
-    What was computed before with the same sources is reused, so an interrupted run goes on where it was.
+    Without -s, -d, -b, --levels or --all: all schemes on all datasets, up to levels that are done in a few minutes;
+    what is left out is said. What was computed before with the same sources is reused, so that an interrupted run goes
+    on where it was.
     """
-    from testbed.cli.running import run_command
+    from testbed.cli.running import Grid, run_command
 
     raise typer.Exit(
         run_command(
-            schemes,
-            datasets,
-            levels,
+            Grid(schemes, datasets, levels, boundaries, complete=complete),
             jobs,
             output,
             timeout,
@@ -93,13 +107,15 @@ def plan(
     schemes: Schemes = None,
     datasets: Datasets = None,
     levels: Levels = None,
+    boundaries: Boundaries = None,
+    complete: Complete = False,
     output: Directory = Path("results"),
     as_json: Json = False,
 ) -> None:
     """Show what a run would compute, what it would reuse, and what will be refused, without computing it."""
-    from testbed.cli.running import plan_command
+    from testbed.cli.running import Grid, plan_command
 
-    plan_command(schemes, datasets, levels, output, as_json=as_json)
+    plan_command(Grid(schemes, datasets, levels, boundaries, complete=complete), output, as_json=as_json)
 
 
 @app.command("list", epilog="[dim]Example:[/dim]  testbed list schemes")

@@ -1,9 +1,11 @@
 """``run``, ``plan`` and ``report``: the main job and what is around it."""
 
+import dataclasses
 import json
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +21,62 @@ from testbed.harness.plan import Plan, make_plan
 from testbed.harness.results import Results, read_results, write_parquet
 from testbed.harness.run import Progress as State
 from testbed.harness.run import RunSummary, run
-from testbed.registry import load, reports
+from testbed.harness.selection import BUDGET
+from testbed.plugins.boundary import BoundaryCurve
+from testbed.registry import catalogue, load, reports
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The grid as asked for on the command line.
+
+    Parameters
+    ----------
+    schemes, datasets
+        Texts, or None for all.
+    levels
+        Text such as ``0:4``, or None for each dataset's own.
+    boundaries
+        Boundary curves on which schemes are computed besides their own.
+    complete
+        All levels also where nothing was chosen.
+    """
+
+    schemes: list[str] | None
+    datasets: list[str] | None
+    levels: str | None
+    boundaries: list[str] | None = None
+    complete: bool = False
+
+    def plan(self) -> Plan:
+        """Return the plan; its work is bounded if nothing was chosen."""
+        plain = not (self.schemes or self.datasets or self.levels or self.boundaries or self.complete)
+        return make_plan(
+            self.schemes,
+            self.datasets,
+            self.levels,
+            boundaries=self.boundaries or (),
+            budget=BUDGET if plain else None,
+        )
+
+
+def left_out_lines(planned: Plan) -> list[str]:
+    """Return what a plan left out and how to get it, a line each."""
+    lines = []
+    if planned.left_out:
+        levels = ", ".join(f"{one.dataset} {' '.join(map(str, one.levels))}" for one in planned.left_out)
+        lines.append(f"left out, to be done in minutes: levels {levels}; testbed run --all computes them")
+    on_networks = [scheme.spec for scheme in planned.schemes if scheme.boundary]
+    if on_networks and len({scheme.boundary for scheme in planned.schemes}) < len(catalogue(BoundaryCurve)):  # type: ignore[type-abstract]  # the kind
+        lines.append(
+            f"left out: other boundary curves for the {len(on_networks)} schemes that take them; -b all computes them "
+            "(-b hermite -b planar some)"
+        )
+    return lines
 
 
 def run_command(
-    schemes: list[str] | None,
-    datasets: list[str] | None,
-    levels: str | None,
+    asked: Grid,
     jobs: int | None,
     directory: Path,
     timeout: float,
@@ -40,7 +91,7 @@ def run_command(
         console.print(f"[red]not imported, and left out:[/red] {escape(problem.source)}: {escape(problem.message)}")
     if directory.exists() and not directory.is_dir():
         raise TestbedError(f"{directory} is a file: name a directory with -o")
-    planned = make_plan(schemes, datasets, levels)
+    planned = asked.plan()
     grid = f"{len(planned.schemes)} schemes x {len(planned.datasets)} datasets: {len(planned.cells)} cells"
     console.print(f"{grid}, in {directory}/", markup=False)
     summary = run_with_progress(console, planned, directory, jobs, timeout, retry_failed=retry_failed)
@@ -56,14 +107,14 @@ def run_command(
     else:
         print_results(console, results)
         _print_end(console, summary, written)
+        for line in left_out_lines(planned):
+            console.print(line, markup=False)
     return int(any(summary.counts.get(status) for status in ("failed", "timeout")))
 
 
-def plan_command(
-    schemes: list[str] | None, datasets: list[str] | None, levels: str | None, directory: Path, *, as_json: bool
-) -> None:
+def plan_command(asked: Grid, directory: Path, *, as_json: bool) -> None:
     """Print the grid with what is known already and the refusals that can be foreseen."""
-    planned = make_plan(schemes, datasets, levels)
+    planned = asked.plan()
     known: set[str] = set()
     if (directory / "journal.sqlite").exists():
         known = set(read_entries(directory, (cell.key for cell in planned.cells)))
@@ -79,7 +130,7 @@ def plan_command(
             }
             for cell in planned.cells
         ]
-        _dump({"cells": cells})
+        _dump({"cells": cells, "left_out": [dataclasses.asdict(one) for one in planned.left_out]})
         return
     console = wide()
     table = Table("dataset", "level", "faces", "to compute", "known", "refused, as foreseen", box=None, pad_edge=False)
@@ -101,6 +152,8 @@ def plan_command(
         {f"{cell.scheme} on {cell.dataset}: {cell.foreseen}" for cell in planned.cells if cell.foreseen}
     ):
         console.print(f"refused: {reason}", markup=False)
+    for line in left_out_lines(planned):
+        console.print(line, markup=False)
 
 
 def report_command(directory: Path, *, as_json: bool) -> int:

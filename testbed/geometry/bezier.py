@@ -53,6 +53,11 @@ class BezierTriangles(PatchBatch):
         """Degree of the patches."""
         return triangle_degree(self.control_points.shape[1])
 
+    @property
+    def work(self) -> float:
+        """Control points of a patch over those of a cubic triangle."""
+        return float(self.control_points.shape[1] / 10)
+
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""
         return Jet(triangle_jets(self.control_points, at, order))
@@ -107,6 +112,11 @@ class RationalBezierTriangles(PatchBatch):
         """Control points (w x, w y, w z, w), (P, n, 4)."""
         return np.concatenate([self.control_points * self.weights[..., None], self.weights[..., None]], axis=-1)
 
+    @property
+    def work(self) -> float:
+        """Control points of a patch over those of a cubic triangle, and the division."""
+        return float(1.5 * self.control_points.shape[1] / 10)
+
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""
         return Jet(project(triangle_jets(self.homogeneous, at, order)))
@@ -147,6 +157,11 @@ class BezierQuads(PatchBatch):
     def degree(self) -> tuple[int, int]:
         """Degrees (m, n) along u and v."""
         return self.control_points.shape[1] - 1, self.control_points.shape[2] - 1
+
+    @property
+    def work(self) -> float:
+        """Control points of a patch over those of a cubic triangle."""
+        return float(self.control_points.shape[1] * self.control_points.shape[2] / 10)
 
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""

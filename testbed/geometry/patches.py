@@ -17,10 +17,17 @@ class PatchBatch(ABC):
     corner_margin
         How near to a corner (``domain.corner_distance``) second derivatives can be trusted: 0 for polynomial patches;
         blended patches are 0/0 at their corners, where value and normal have limits and curvature depends on direction.
+    work
+        What it takes to evaluate one patch, in cubic triangles, roughly; used to plan runs.
     """
 
     sides: ClassVar[int]
     corner_margin: float = 0.0
+
+    @property
+    def work(self) -> float:
+        """See above; a blend of a few patches unless a kind says otherwise."""
+        return 8.0
 
     @abstractmethod
     def __len__(self) -> int:

@@ -66,6 +66,11 @@ class TabulatedTriangles(PatchBatch):
     def __len__(self) -> int:
         return len(self.control_points)
 
+    @property
+    def work(self) -> float:
+        """Control points of a patch over those of a cubic triangle."""
+        return float(self.control_points.shape[1] / 10)
+
     def functions(self, at: Float, order: int) -> Float:
         """Jets of the n functions at points (..., 2), (n, 1 | 3 | 6, ...); second derivatives are NaN at corners."""
         # 1 - max(b) rounds to zero for all that cannot be told from a corner in double precision

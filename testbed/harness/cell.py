@@ -11,7 +11,6 @@ from typing import Any, Final, Literal, TypeAlias
 
 from testbed import registry
 from testbed.errors import MeshError, Refused, TestbedError
-from testbed.geometry.mesh import HermiteMesh
 from testbed.harness.sources import Sources
 from testbed.plugins.base import Plugin
 from testbed.plugins.dataset import Dataset
@@ -93,7 +92,7 @@ class SourceChanged:
     plugin: str
 
 
-class _Stop(Exception):
+class Stop(Exception):
     """Ends the computation of a cell with a status."""
 
     def __init__(self, status: Status, reason: str, trace: str = "", retry: bool = False) -> None:
@@ -105,14 +104,14 @@ def compute(task: Task) -> Outcome | SourceChanged:
     """Compute a cell; whatever a plugin raises becomes a status with a reason."""
     known: dict[str, Any] = {"values": {}}
     try:
-        with _failing("plugins"):
+        with failing("plugins"):
             scheme, dataset = registry.scheme(task.scheme), registry.dataset(task.dataset)
             measures = tuple(_measure(text) for text in task.measures)
         changed = _changed(task, (scheme, dataset, *measures))
         if changed:
             return changed
         values = _compute(scheme, dataset, task.level, measures, known)
-    except _Stop as stop:
+    except Stop as stop:
         return Outcome(stop.status, stop.reason, stop.trace, retry=stop.retry, **known)
     return Outcome("ok", **{**known, "values": values})
 
@@ -121,7 +120,7 @@ def _compute(
     scheme: Scheme, dataset: Dataset, level: int, measures: tuple[Measure, ...], known: dict[str, Any]
 ) -> dict[str, Value]:
     """Return the measured columns; what is known about the cell even if it fails later goes to ``known``."""
-    with _failing(f"dataset {dataset}"):
+    with failing(f"dataset {dataset}"):
         try:
             mesh = dataset.mesh(level)
         except MeshError as error:
@@ -129,36 +128,36 @@ def _compute(
         exact = dataset.surface
         box = mesh.points.max(axis=0) - mesh.points.min(axis=0)
         known.update(faces=len(mesh.faces), h=mesh.h, diameter=hypot(*box.tolist()))
-    with _failing(f"scheme {scheme}"):
+    with failing(f"scheme {scheme}"):
         start = time.perf_counter()
         surface = scheme.fit(mesh)
         known.update(fit_seconds=time.perf_counter() - start, patches=surface.patch_count)
-    with _failing("measures"):
+    with failing("measures"):
         start = time.perf_counter()
         measured = measure_all(measures, surface, exact)
         known.update(measure_seconds=time.perf_counter() - start)
         values = {name: _plain(name, value) for name, value in measured.items()}
     undefined = [name for name, value in values.items() if isinstance(value, float) and isnan(value)]
     if undefined:
-        raise _Stop("failed", f"NaN in {', '.join(undefined)}")
+        raise Stop("failed", f"NaN in {', '.join(undefined)}")
     return values
 
 
 @contextmanager
-def _failing(stage: str) -> Iterator[None]:
+def failing(stage: str) -> Iterator[None]:
     """Turn what is raised inside into a status, with the stage in the reason."""
     try:
         yield
     except Refused as error:
-        raise _Stop("refused", _line(error)) from error
+        raise Stop("refused", line(error)) from error
     except MemoryError as error:
-        raise _Stop("failed", f"{stage}: out of memory", _trace(), retry=True) from error
+        raise Stop("failed", f"{stage}: out of memory", _trace(), retry=True) from error
     except BaseException as error:  # a plugin may raise SystemExit, too, and that costs its cell only
-        text = _line(error) if isinstance(error, TestbedError) else f"{type(error).__name__}: {_line(error)}"
-        raise _Stop("failed", f"{stage}: {text}", _trace()) from error
+        text = line(error) if isinstance(error, TestbedError) else f"{type(error).__name__}: {line(error)}"
+        raise Stop("failed", f"{stage}: {text}", _trace()) from error
 
 
-def _line(error: BaseException) -> str:
+def line(error: BaseException) -> str:
     """Text of an error on one line."""
     try:
         return " ".join(str(error).split())
@@ -202,61 +201,3 @@ def _sources() -> Sources:
 def _source(plugin: Plugin) -> str:
     """Return a plugin's source hash, taken once a process, as the source is loaded once."""
     return _sources().content(plugin)
-
-
-@dataclass(frozen=True)
-class Sketch:
-    """What a dataset's meshes are like, as far as planning needs it.
-
-    Parameters
-    ----------
-    problem
-        Why there are no meshes, in one line; empty if there are.
-    faces
-        Faces by level: those of level 0 times four for each level, counted where the level is above the finest.
-    sides
-        Vertices of a face.
-    data
-        Names of the data at the vertices: ``POINTS``, ``NORMALS``, ``SECOND_FORMS``.
-    absent
-        Levels that the dataset says it does not have, with its reason.
-    """
-
-    problem: str = ""
-    faces: Mapping[int, int] | None = None
-    sides: int = 0
-    data: tuple[str, ...] = ()
-    absent: Mapping[int, str] | None = None
-
-
-#: Up to this many faces a level above the finest is built to see whether it exists.
-SKETCHED_FACES: Final = 50_000
-
-
-def sketch(text: str, levels: tuple[int, ...]) -> Sketch:
-    """Look at a dataset's coarsest mesh, and at levels beyond its finest; runs in a worker, as any plugin code."""
-    try:
-        with _failing(f"dataset {text}"):
-            dataset = registry.dataset(text)
-            try:
-                mesh = dataset.mesh(0)
-            except MeshError as error:
-                raise Refused(str(error)) from error
-    except _Stop as stop:
-        return Sketch(stop.reason)
-    faces = {level: len(mesh.faces) * 4**level for level in levels}
-    absent = {}
-    for level in levels:
-        if level > dataset.finest and faces[level] <= SKETCHED_FACES:
-            try:
-                faces[level] = len(dataset.mesh(level).faces)
-            except Refused as error:
-                absent[level] = _line(error)
-            except Exception:  # noqa: BLE001, S112 - what else goes wrong is the cell's to tell
-                continue
-    return Sketch("", faces, mesh.sides, _data(mesh), absent)
-
-
-def _data(mesh: HermiteMesh) -> tuple[str, ...]:
-    given = {"POINTS": True, "NORMALS": mesh.normals is not None, "SECOND_FORMS": mesh.second_forms is not None}
-    return tuple(name for name, there in given.items() if there)

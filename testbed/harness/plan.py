@@ -10,7 +10,8 @@ from typing import Any, Final, TypeVar
 
 from testbed import registry
 from testbed.errors import SpecError
-from testbed.harness import cell
+from testbed.harness import cell, sketches
+from testbed.harness.selection import UNKNOWN, LeftOut, affordable, curve_of, on_curves
 from testbed.harness.sources import Sources
 from testbed.harness.workers import Died, Returned, TimedOut, Workers
 from testbed.plugins.base import Plugin
@@ -69,6 +70,8 @@ class PlannedScheme:
         Its claims, as texts (``G1``, ``spheres``, ``NORMALS``) and a number.
     source
         Hash of its source closure.
+    boundary
+        Text of the boundary curves it stands on, empty for its own.
     """
 
     spec: str
@@ -79,6 +82,7 @@ class PlannedScheme:
     reproduces: tuple[str, ...]
     matches: tuple[str, ...]
     source: str
+    boundary: str = ""
 
 
 @dataclass(frozen=True)
@@ -125,12 +129,15 @@ class Plan:
         All cells, by scheme, dataset and level in the order asked for.
     schemes, datasets, measures
         What they are made of.
+    left_out
+        Levels left out to bound the work.
     """
 
     cells: tuple[Cell, ...]
     schemes: tuple[PlannedScheme, ...]
     datasets: tuple[PlannedDataset, ...]
     measures: tuple[PlannedMeasure, ...]
+    left_out: tuple[LeftOut, ...] = ()
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -168,6 +175,7 @@ class Plan:
                 PlannedMeasure(**{**item, "columns": tuple(Column(**column) for column in item["columns"])})
                 for item in fields["measures"]
             ),
+            tuple(LeftOut(item["dataset"], tuple(item["levels"])) for item in fields["left_out"]),
         )
 
 
@@ -187,6 +195,9 @@ def make_plan(
     datasets: Sequence[str] | None = None,
     levels: str | None = None,
     measures: Sequence[str] | None = None,
+    *,
+    boundaries: Sequence[str] = (),
+    budget: float | None = None,
 ) -> Plan:
     """Return the grid of schemes x datasets x levels.
 
@@ -196,6 +207,12 @@ def make_plan(
         Texts such as ``torus[minor=0.4]``; None for all that are registered, with their defaults.
     levels
         ``"0:4"`` or ``"2"``; None for each dataset's own, 0 to its finest.
+    boundaries
+        Boundary curves on which the schemes that take a curve network are computed besides; ``all`` stands for all that
+        are registered.
+    budget
+        Work that the cells may take together (:data:`~testbed.harness.selection.BUDGET` for a plain run): the finest
+        levels that do not fit are left out. None for no bound.
 
     Raises
     ------
@@ -203,7 +220,12 @@ def make_plan(
         A text names nothing registered, a file cannot be read, levels cannot be read, or the grid is empty.
     """
     chosen_levels = None if levels is None else parse_levels(levels)
-    fitted = _unique(_chosen(schemes, Scheme))
+    curves = [
+        curve
+        for text in boundaries
+        for curve in _chosen(None if text == "all" else [text], BoundaryCurve)  # type: ignore[type-abstract]  # as below
+    ]
+    fitted = _unique(on_curves(_chosen(schemes, Scheme), curves))  # type: ignore[type-abstract]  # the kind is abstract
     sampled = _unique(_chosen(datasets, Dataset))
     measured = _unique(_chosen(measures, Measure))
     for what, found in (("scheme", fitted), ("dataset", sampled), ("measure", measured)):
@@ -214,16 +236,27 @@ def make_plan(
     planned_datasets = tuple(_planned_dataset(one, sources) for one in sampled)
     planned_measures = tuple(PlannedMeasure(str(one), one.title, one.columns, sources.content(one)) for one in measured)
     by_dataset = [chosen_levels or tuple(range(one.finest + 1)) for one in sampled]
-    sketches = _sketches(list(zip(map(str, sampled), by_dataset, strict=True)))
+    looks = _looks([(sketches.sketch, str(one), its) for one, its in zip(sampled, by_dataset, strict=True)])
+    left_out: tuple[LeftOut, ...] = ()
+    if budget is not None:
+        faces = {
+            one.spec: {level: (sketch.faces or {}).get(level, 0) if sketch else 0 for level in its_levels}
+            for one, its_levels, sketch in zip(planned_datasets, by_dataset, looks, strict=True)
+        }
+        works = [UNKNOWN if work is None else work for work in _looks([(sketches.work, str(one)) for one in fitted])]
+        affordable_levels, left_out = affordable(faces, works, budget)
+        by_dataset = [affordable_levels[one.spec] for one in planned_datasets]
     cells = []
     for scheme, planned in zip(fitted, planned_schemes, strict=True):
-        for dataset, its_levels, sketch in zip(planned_datasets, by_dataset, sketches, strict=True):
+        for dataset, its_levels, sketch in zip(planned_datasets, by_dataset, looks, strict=True):
             for level in its_levels:
-                faces = sketch.faces.get(level) if sketch and sketch.faces else None
+                faces_there = sketch.faces.get(level) if sketch and sketch.faces else None
                 foreseen = _foreseen(scheme, level, sketch) if sketch else ""
                 key = _key(planned, dataset, level, planned_measures)
-                cells.append(Cell(planned.spec, dataset.spec, level, faces, foreseen, key))
-    return Plan(tuple(cells), planned_schemes, planned_datasets, planned_measures)
+                cells.append(Cell(planned.spec, dataset.spec, level, faces_there, foreseen, key))
+    if not cells:
+        raise SpecError("no cell fits into the work of a plain run: choose schemes, datasets or levels")
+    return Plan(tuple(cells), planned_schemes, planned_datasets, planned_measures, left_out)
 
 
 def _chosen(specs: Sequence[str] | None, kind: type[P]) -> Iterable[P]:
@@ -250,6 +283,7 @@ def _planned_scheme(scheme: Scheme, sources: Sources) -> PlannedScheme:
         tuple(shape.value for shape in scheme.reproduces),
         _names(scheme.matches),
         sources.content(scheme),
+        curve_of(scheme),
     )
 
 
@@ -264,12 +298,12 @@ def _planned_dataset(dataset: Dataset, sources: Sources) -> PlannedDataset:
     )
 
 
-def _sketches(wanted: list[tuple[str, tuple[int, ...]]]) -> list[cell.Sketch | None]:
-    """Look at the datasets in a worker process, where a plugin that hangs or dies does no harm; None where it did."""
-    result: list[cell.Sketch | None] = [None] * len(wanted)
+def _looks(wanted: list[tuple[Any, ...]]) -> list[Any]:
+    """Call functions in a worker process, where a plugin that hangs or dies does no harm; None where it did."""
+    result: list[Any] = [None] * len(wanted)
     with Workers(1, SKETCH_LIMIT) as workers:
-        for index, (dataset, levels) in enumerate(wanted):
-            workers.submit(index, cell.sketch, dataset, levels)
+        for index, (look, *arguments) in enumerate(wanted):
+            workers.submit(index, look, *arguments)
             while workers.tasks:
                 for outcome in workers.wait(1.0):
                     match outcome:
@@ -280,7 +314,7 @@ def _sketches(wanted: list[tuple[str, tuple[int, ...]]]) -> list[cell.Sketch | N
     return result
 
 
-def _foreseen(scheme: Scheme, level: int, sketch: cell.Sketch) -> str:
+def _foreseen(scheme: Scheme, level: int, sketch: sketches.Sketch) -> str:
     """Return why a cell will be refused, as far as declarations and the coarsest mesh tell, or nothing."""
     if sketch.problem:
         return sketch.problem

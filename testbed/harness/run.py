@@ -16,6 +16,7 @@ from testbed.harness.cell import Outcome, SourceChanged, compute
 from testbed.harness.journal import Claim, Entry, Journal, write_whole
 from testbed.harness.plan import Cell, Plan
 from testbed.harness.results import export
+from testbed.harness.selection import cell_weight
 from testbed.harness.workers import Died, Returned, TimedOut, Workers
 from testbed.harness.workers import Outcome as WorkerOutcome
 
@@ -205,6 +206,7 @@ def environment(plan: Plan, command: Sequence[str], jobs: int, timeout: float) -
         "command": list(command),
         "jobs": jobs,
         "timeout": timeout,
+        "left_out": {one.dataset: list(one.levels) for one in plan.left_out},
         "sources": {
             "schemes": {one.spec: one.source for one in plan.schemes},
             "datasets": {one.spec: one.source for one in plan.datasets},
@@ -291,7 +293,7 @@ class _Clock:
         for name in (cell.scheme, ""):
             total = self._spent.setdefault(name, [0.0, 0.0])
             total[0] += seconds
-            total[1] += _weight(cell)
+            total[1] += cell_weight(cell.faces)
 
     def progress(self, finished: Cell | None = None, outcome: Outcome | None = None) -> Progress:
         """Return how far the run is."""
@@ -316,16 +318,11 @@ class _Clock:
 
         def expected(cell: Cell) -> float:
             seconds, weight = self._spent.get(cell.scheme, self._spent[""])
-            return seconds / weight * _weight(cell)
+            return seconds / weight * cell_weight(cell.faces)
 
         ahead = sum(expected(cell) for cell in (*grid.todo, *grid.taken))
         under_way = [max(0.0, expected(cell) - (now - began)) for cell, began in grid.running.values()]
         return (ahead + sum(under_way)) / max(1, len(under_way))
-
-
-def _weight(cell: Cell) -> float:
-    """Cost of a cell up to a factor of the scheme's: its faces, and what every cell costs."""
-    return 500.0 + (cell.faces or 0)
 
 
 def _silent(progress: Progress) -> None:

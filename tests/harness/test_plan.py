@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from testbed.errors import SpecError
 from testbed.harness.plan import Plan, make_plan, parse_levels
+from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.dataset import Dataset
 from testbed.registry import catalogue
 
@@ -90,3 +91,42 @@ def test_an_empty_grid_is_an_error() -> None:
 def test_a_plan_survives_being_stored(toy_plan: Planning) -> None:
     plan = toy_plan(["toy", "needy[tag=1]"], ["grid", "grid[forms=false]"])
     assert Plan.from_json(plan.to_json()) == plan
+
+
+def test_a_bounded_plan_has_the_same_levels_for_all_schemes_and_says_what_it_left_out() -> None:
+    whole = make_plan(["toy", "needy"], ["grid", "grid[forms=false]"], "0:4", ["sums"])
+    bounded = make_plan(["toy", "needy"], ["grid", "grid[forms=false]"], "0:4", ["sums"], budget=3000.0)
+    levels: dict[tuple[str, str], list[int]] = {(cell.scheme, cell.dataset): [] for cell in whole.cells}
+    for cell in bounded.cells:
+        levels[cell.scheme, cell.dataset].append(cell.level)
+    assert levels["toy", "grid"] == levels["needy", "grid"]
+    for one in bounded.left_out:
+        assert [*levels["toy", one.dataset], *one.levels] == [0, 1, 2, 3, 4]
+    assert bounded.left_out
+    assert {cell.key for cell in bounded.cells} < {cell.key for cell in whole.cells}
+    assert Plan.from_json(bounded.to_json()) == bounded
+
+
+def test_a_plan_without_a_bound_leaves_nothing_out(toy_plan: Planning) -> None:
+    assert toy_plan(["toy"]).left_out == ()
+
+
+def test_work_too_small_for_any_cell_is_an_error() -> None:
+    with pytest.raises(SpecError, match="no cell fits"):
+        make_plan(["toy"], ["grid"], None, ["sums"], budget=1.0)
+
+
+def test_schemes_on_a_network_are_planned_on_further_boundary_curves() -> None:
+    plan = make_plan(["toy", "shirman-sequin"], ["grid"], "0", ["sums"], boundaries=["hermite", "planar", "projected"])
+    curves = {scheme.spec: scheme.boundary for scheme in plan.schemes}
+    assert curves == {
+        "toy": "",
+        "shirman-sequin": "projected",
+        "shirman-sequin[boundary=hermite]": "hermite",
+        "shirman-sequin[boundary=planar]": "planar",
+    }
+
+
+def test_all_stands_for_every_registered_boundary_curve() -> None:
+    plan = make_plan(["shirman-sequin"], ["grid"], "0", ["sums"], boundaries=["all"])
+    assert {scheme.boundary for scheme in plan.schemes} == set(catalogue(BoundaryCurve))  # type: ignore[type-abstract]
