@@ -9,6 +9,7 @@ import dataclasses
 import functools
 import importlib
 import importlib.metadata
+import importlib.resources
 import importlib.util
 import inspect
 import os
@@ -28,6 +29,7 @@ from testbed.plugins.base import Plugin
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.dataset import Dataset
 from testbed.plugins.measure import Measure, Value, measure_all
+from testbed.plugins.not_built import NotBuilt, read_not_built
 from testbed.plugins.report import Report
 from testbed.plugins.scheme import Scheme
 from testbed.plugins.spec import parse
@@ -71,6 +73,11 @@ class Hooks:
     @hookspec
     def testbed_reports(self) -> Iterable[str]:
         """Return where reports are defined."""
+        raise AssertionError
+
+    @hookspec
+    def testbed_not_built(self) -> Iterable[str]:
+        """Return files that tell of published schemes that are not built, as ``"package:file.toml"``."""
         raise AssertionError
 
 
@@ -119,10 +126,13 @@ class Registry:
         Kind to name to class.
     problems
         What could not be imported.
+    not_built
+        Published schemes that have no plugin, by name.
     """
 
     classes: Mapping[type[Plugin], Mapping[str, type[Plugin]]]
     problems: tuple[Problem, ...]
+    not_built: tuple[NotBuilt, ...] = ()
 
     def catalogue(self, kind: type[P]) -> Mapping[str, type[P]]:
         """Return the plugins of a kind by name."""
@@ -176,7 +186,18 @@ def build(sources: Iterable[tuple[str, ModuleType | Problem]]) -> Registry:
                             "rename one of them"
                         )
         classes[kind] = MappingProxyType(dict(sorted(found.items())))
-    return Registry(MappingProxyType(classes), tuple(problems))
+    unbuilt = [
+        entry
+        for implementation in hooks.hook.testbed_not_built.get_hookimpls()
+        for place in implementation.function()
+        for entry in _not_built_at(place)
+    ]
+    return Registry(MappingProxyType(classes), tuple(problems), tuple(sorted(unbuilt, key=lambda entry: entry.name)))
+
+
+def _not_built_at(place: str) -> tuple[NotBuilt, ...]:
+    package, _, name = place.partition(":")
+    return read_not_built(importlib.resources.files(package).joinpath(name).read_text("utf-8"), place)
 
 
 def _sources() -> Iterable[tuple[str, ModuleType | Problem]]:

@@ -9,6 +9,7 @@ import pytest
 
 from testbed.errors import PluginError, SpecError
 from testbed.plugins.dataset import Dataset
+from testbed.plugins.not_built import read_not_built
 from testbed.plugins.scheme import Scheme
 from testbed.registry import KINDS, VARIABLE, Registry, build, hookimpl, load, modules_in, scheme
 
@@ -175,3 +176,20 @@ def test_modules_are_listed_without_being_imported(tmp_path: Path, monkeypatch: 
     (tmp_path / "toy_package" / "one.py").write_text("raise RuntimeError")
     monkeypatch.syspath_prepend(str(tmp_path))
     assert modules_in("toy_package") == ("toy_package.one",)
+
+
+def test_schemes_that_are_not_built_are_told_with_the_reason_and_what_comes_nearest() -> None:
+    known = load()
+    assert known.not_built
+    for entry in known.not_built:
+        assert entry.name not in known.classes[Scheme]
+        assert entry.title
+        assert entry.reference
+        assert len(entry.why.split()) > 5
+        assert set(entry.nearest) <= set(known.classes[Scheme])
+
+
+@pytest.mark.parametrize("text", ["[[scheme]]\nname = 'a'", "scheme = 3 =", "[[scheme]]\nname = 'a'\nnearest = 1\nx = 2"])
+def test_a_list_of_schemes_not_built_is_checked(text: str) -> None:
+    with pytest.raises(PluginError, match="here"):
+        read_not_built(text, "here")

@@ -15,3 +15,9 @@ def testbed_schemes() -> Iterable[str]:
 def testbed_boundary_curves() -> Iterable[str]:
     """Return the modules that define boundary curve constructions."""
     return modules_in(f"{__name__}.boundary_curves")
+
+
+@hookimpl
+def testbed_not_built() -> Iterable[str]:
+    """Return the list of published schemes that are not built."""
+    return [f"{__name__}:not_built.toml"]

@@ -37,6 +37,7 @@ class BezierTriangles(PatchBatch):
 
     control_points: Float
     sides: ClassVar[int] = 3
+    kind: ClassVar[str] = "Bézier triangle"
 
     def __post_init__(self) -> None:
         points = _frozen(self.control_points)
@@ -87,6 +88,7 @@ class RationalBezierTriangles(PatchBatch):
     control_points: Float
     weights: Float
     sides: ClassVar[int] = 3
+    kind: ClassVar[str] = "rational Bézier triangle"
 
     def __post_init__(self) -> None:
         points, weights = _frozen(self.control_points), _frozen(self.weights)
@@ -143,6 +145,7 @@ class BezierQuads(PatchBatch):
 
     control_points: Float
     sides: ClassVar[int] = 4
+    kind: ClassVar[str] = "tensor-product Bézier patch"
 
     def __post_init__(self) -> None:
         points = _frozen(self.control_points)

@@ -60,6 +60,7 @@ class BlendedTriangles(PatchBatch):
     corner_margin: float = 1e-6
 
     sides: ClassVar[int] = 3
+    kind: ClassVar[str] = "blended triangle"
 
     def __post_init__(self) -> None:
         count = len(self.corner_points)

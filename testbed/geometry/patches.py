@@ -14,6 +14,8 @@ class PatchBatch(ABC):
     ----------
     sides
         3: parameters (u, v) = (b1, b2) on the triangle; 4: (u, v) on the unit square.
+    kind
+        What a patch is, in words.
     corner_margin
         How near to a corner (``domain.corner_distance``) second derivatives can be trusted: 0 for polynomial patches;
         blended patches are 0/0 at their corners, where value and normal have limits and curvature depends on direction.
@@ -22,6 +24,7 @@ class PatchBatch(ABC):
     """
 
     sides: ClassVar[int]
+    kind: ClassVar[str] = "patch"
     corner_margin: float = 0.0
 
     @property

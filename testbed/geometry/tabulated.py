@@ -52,6 +52,7 @@ class TabulatedTriangles(PatchBatch):
     corner_table: Float
     corner_margin: float
     sides: ClassVar[int] = 3
+    kind: ClassVar[str] = "triangle with blended control points"
 
     def __post_init__(self) -> None:
         points = as_float(self.control_points).view()
