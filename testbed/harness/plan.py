@@ -252,7 +252,7 @@ def make_plan(
             for level in its_levels:
                 faces_there = sketch.faces.get(level) if sketch and sketch.faces else None
                 foreseen = _foreseen(scheme, level, sketch) if sketch else ""
-                key = _key(planned, dataset, level, planned_measures)
+                key = cell_key(planned, dataset, level, planned_measures)
                 cells.append(Cell(planned.spec, dataset.spec, level, faces_there, foreseen, key))
     if not cells:
         raise SpecError("no cell fits into the work of a plain run: choose schemes, datasets or levels")
@@ -330,7 +330,7 @@ def _foreseen(scheme: Scheme, level: int, sketch: sketches.Sketch) -> str:
     return f"the mesh has no {' and no '.join(lacking)}" if lacking else ""
 
 
-def _key(scheme: PlannedScheme, dataset: PlannedDataset, level: int, measures: Iterable[PlannedMeasure]) -> str:
+def cell_key(scheme: PlannedScheme, dataset: PlannedDataset, level: int, measures: Iterable[PlannedMeasure]) -> str:
     """Return the hash of all that a result depends on; library versions are recorded in run.json, not keyed."""
     content: Mapping[str, Any] = {
         "format": FORMAT,

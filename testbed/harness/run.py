@@ -250,7 +250,7 @@ def _work(grid: _Grid, journal: Journal, workers: Workers, progress: Callback) -
                     grid.shared += 1
         for result in workers.wait(TICK):
             cell, began = grid.running.pop(result.task)
-            outcome = _outcome(result)
+            outcome = outcome_of(result)
             if isinstance(outcome, SourceChanged):
                 grid.changed.append(outcome.plugin)
                 continue
@@ -269,7 +269,8 @@ def _counts(grid: _Grid) -> dict[str, int]:
     return dict(sorted(Counter(str(outcome.status) for outcome in grid.done.values()).items()))
 
 
-def _outcome(result: WorkerOutcome) -> Outcome | SourceChanged:
+def outcome_of(result: WorkerOutcome) -> Outcome | SourceChanged:
+    """Return what came of a cell whose computation a worker has ended, in whatever way."""
     match result:
         case Returned(_, (Outcome() | SourceChanged()) as outcome):
             return outcome

@@ -1,8 +1,10 @@
 """Schemes: from a mesh with Hermite data to a piecewise surface, with claims that are checked."""
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, Flag, auto
+from types import MappingProxyType
 from typing import ClassVar, final
 
 from testbed.errors import Refused
@@ -71,6 +73,8 @@ class Scheme(Plugin):
     support
         Rings of neighbouring faces whose data a face's surface depends on (claim): 0 when its own vertices decide, None
         when the whole mesh does.
+    bounds
+        Ranges (low, high) of its free real parameters within which a search for better values makes sense.
     """
 
     domain: ClassVar[tuple[int, ...]] = (3,)
@@ -80,6 +84,7 @@ class Scheme(Plugin):
     order: ClassVar[float | None]
     reproduces: ClassVar[tuple[Shape, ...]]
     support: ClassVar[int | None] = 0
+    bounds: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
     required: ClassVar[tuple[str, ...]] = (
         *Plugin.required,
         "needs",

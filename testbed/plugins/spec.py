@@ -48,7 +48,7 @@ def parse(text: str, kind: type[P], lookup: Lookup) -> P:
     name, fields, tail = _divide(text.strip())
     known = lookup.catalogue(kind)
     if name not in known:
-        raise SpecError(f"no {lookup.kind_name(kind)} is called {name!r}: {_choices(name, known)}")
+        raise SpecError(f"no {lookup.kind_name(kind)} is called {name!r}: {choices(name, known)}")
     plugin = known[name]
     types_of = {field.name: typing.get_type_hints(plugin)[field.name] for field in dataclasses.fields(plugin)}
     values: dict[str, Any] = {}
@@ -57,7 +57,7 @@ def parse(text: str, kind: type[P], lookup: Lookup) -> P:
         if field not in types_of:
             if field == "boundary" and lookup.kind_name(kind) == "scheme":
                 raise SpecError(f"{name} builds its own boundary curves and takes no others: leave out {field}")
-            raise SpecError(f"{name} has no parameter {field!r}: {_choices(field, types_of)}")
+            raise SpecError(f"{name} has no parameter {field!r}: {choices(field, types_of)}")
         if not equals or not value:
             raise SpecError(f"parameter {field} of {name} has no value: write {field}=VALUE")
         if field in values:
@@ -88,7 +88,7 @@ def _divide(text: str) -> tuple[str, list[str], str | None]:
     if end < 0 or (rest and not rest.startswith(":")):
         raise SpecError(f"{text!r} cannot be read: write name[field=value,...] with every bracket closed")
     inside = text[bracket + 1 : end]
-    return text[:bracket].strip(), list(_split(inside, ",")), rest[1:] if rest else None
+    return text[:bracket].strip(), list(split(inside, ",")), rest[1:] if rest else None
 
 
 def _characters(text: str) -> Iterator[tuple[int, str, bool]]:
@@ -103,7 +103,7 @@ def _characters(text: str) -> Iterator[tuple[int, str, bool]]:
         yield position, character, quoted
 
 
-def _split(text: str, separator: str) -> Iterator[str]:
+def split(text: str, separator: str) -> Iterator[str]:
     """Pieces of ``text`` between separators that stand outside brackets and quotes; no empty pieces."""
     depth, start = 0, 0
     for position, character, quoted in _characters(text):
@@ -127,12 +127,12 @@ def _value(text: str, expected: Any, where: str, lookup: Lookup) -> Any:
         word = _unquoted(text, where)
         chosen = [value for value in arguments if str(value) == word]
         if not chosen:
-            raise SpecError(f"{where} cannot be {text!r}: {_choices(word, map(str, arguments))}")
+            raise SpecError(f"{where} cannot be {text!r}: {choices(word, map(str, arguments))}")
         return chosen[0]
     if origin is tuple:
         if not (text.startswith("(") and text.endswith(")")):
             raise SpecError(f"{where} cannot be {text!r}: write values between parentheses, as in (1.5 2)")
-        items = [piece for part in _split(text[1:-1], ",") for piece in _split(part, " ")]
+        items = [piece for part in split(text[1:-1], ",") for piece in split(part, " ")]
         if arguments[-1] is not Ellipsis and len(items) != len(arguments):
             raise SpecError(f"{where} takes {len(arguments)} values, and {text} has {len(items)}")
         kinds = [arguments[0]] * len(items) if arguments[-1] is Ellipsis else arguments
@@ -180,8 +180,8 @@ def _unquoted(text: str, where: str) -> str:
         raise SpecError(f"{where} has a quoted text that does not end: {text}") from None
 
 
-def _choices(word: str, known: Iterable[str]) -> str:
-    """``did you mean x? known are a, b, c``: the nearest first, then all."""
+def choices(word: str, known: Iterable[str]) -> str:
+    """Return ``did you mean x? known are a, b, c``: the nearest first, then all."""
     names = sorted(known)
     near = difflib.get_close_matches(word, names, n=1)
     guess = f"did you mean {near[0]}? " if near else ""
