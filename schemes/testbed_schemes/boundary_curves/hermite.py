@@ -14,16 +14,15 @@ of the derivative's length, so that without a solution "the length of the chord"
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from testbed.errors import SpecError
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Bool, Float
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
 from testbed_schemes.crossed_parabolas import positive_solutions
+from testbed_schemes.geometric_hermite import Root, check_guard, chosen_legs
 from testbed_schemes.planar_frame import (
     STRAIGHT,
     PlanarFrame,
@@ -34,9 +33,6 @@ from testbed_schemes.planar_frame import (
     planar_frame,
     plane_curvatures,
 )
-
-#: Two solutions of this difference in uniformity are equally uniform.
-TIE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ class Hermite(BoundaryCurve):
         fill.
     """
 
-    root: Literal["best", "worst"] = "best"
+    root: Root = "best"
     guard: tuple[float, ...] = (1e-4, 1e4)
 
     name = "hermite"
@@ -66,8 +62,8 @@ class Hermite(BoundaryCurve):
     matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
 
     def __post_init__(self) -> None:
-        if len(self.guard) != 2 or not 0.0 < self.guard[0] < self.guard[1]:
-            raise SpecError(f"hermite: guard takes two lengths in chords, 0 < least < greatest, not {self.guard}")
+        """Check the guard."""
+        check_guard(self.name, self.guard)
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return the matching curves, (E, 4, 3); planar curves with legs of L / 3, counted, where there is none."""
@@ -85,48 +81,8 @@ class Hermite(BoundaryCurve):
         solutions = positive_solutions(np.stack([turn, turn]), bends[::-1], offsets[::-1], *self.guard)
         # every leg matches straight data
         straight = np.max(np.abs([turn, *offsets, *bends]), axis=0) <= STRAIGHT
-        chosen = self._choice(solutions, frame.components(frame.t0).T, frame.components(frame.t1).T)
+        t0, t1 = frame.components(frame.t0).T, frame.components(frame.t1).T
+        chosen = chosen_legs(solutions, t0, t1, np.array([[1.0], [0.0]]), self.root)
         legs: Float = np.where(straight, 1.0 / 3.0, chosen)
         solved: Bool = np.logical_and(*np.isfinite(legs))
         return legs, solved
-
-    def _choice(self, solutions: Float, t0: Float, t1: Float) -> Float:
-        """One solution of each edge, (2, E), from all, (2, 4, E); NaN where there is none."""
-        order = np.argsort(-solutions[0], axis=0)  # longer first leg first, NaN last
-        chosen = np.take_along_axis(solutions, order[None, :1], axis=1)[:, 0]
-        spread = chosen[0] - np.nanmin(np.where(np.isnan(solutions[0]), np.inf, solutions[0]), axis=0)
-        several = np.flatnonzero(spread > TIE)
-        candidates = np.take_along_axis(solutions[:, :, several], order[None, :, several], axis=1)
-        score = speed_variation(candidates, t0[:, several], t1[:, several])
-        score = np.where(np.isnan(score), np.inf, score if self.root == "best" else -score)
-        first = np.argmax(score <= score.min(axis=0) + TIE, axis=0)
-        chosen[:, several] = np.take_along_axis(candidates, first[None, None], axis=1)[:, 0]
-        return chosen
-
-
-def speed_variation(legs: Float, t0: Float, t1: Float) -> Float:
-    """Return the standard deviation of |C'| over its mean for planar cubics over the unit chord; 0: uniform speed.
-
-    Parameters
-    ----------
-    legs
-        (2, M, E) Bezier legs.
-    t0, t1
-        (2, E) unit tangents in the plane.
-
-    Returns
-    -------
-    variation
-        (M, E); by Gauss quadrature with eight nodes.
-    """
-    first, last = legs[0] * t0[:, None], legs[1] * t1[:, None]
-    chord = np.array([1.0, 0.0])[:, None, None]
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    mean, mean_square = np.zeros(legs.shape[1:]), np.zeros(legs.shape[1:])
-    for t, weight in zip((1.0 + nodes) / 2.0, weights / 2.0, strict=True):
-        hodograph = (1.0 - t) ** 2 * first + 2.0 * t * (1.0 - t) * (chord - first - last) + t**2 * last
-        square = (hodograph**2).sum(axis=0)
-        mean += weight * np.sqrt(square)
-        mean_square += weight * square
-    variation: Float = np.sqrt(np.maximum(mean_square - mean**2, 0.0)) / mean
-    return variation
