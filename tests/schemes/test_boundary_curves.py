@@ -13,12 +13,16 @@ from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
 from testbed.registry import catalogue
 from testbed_schemes.boundary_curves.circular import Circular
-from testbed_schemes.boundary_curves.hermite import Hermite, speed_variation
+from testbed_schemes.boundary_curves.conic import ConicCurve
+from testbed_schemes.boundary_curves.hermite import Hermite
+from testbed_schemes.boundary_curves.hermite_space import HermiteSpace, end_equations
 from testbed_schemes.boundary_curves.optimized import Optimized, best_speeds
 from testbed_schemes.boundary_curves.piper import PiperCurve
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.boundary_curves.walton_meek import WaltonMeekCurve
+from testbed_schemes.edge_conics import edge_conics
+from testbed_schemes.geometric_hermite import speed_variation
 from testbed_schemes.planar_frame import planar_frame
 
 CURVES = [
@@ -28,11 +32,16 @@ CURVES = [
     Hermite(),
     Hermite(root="worst"),
     Optimized(),
+    HermiteSpace(),
+    HermiteSpace(root="worst"),
     PiperCurve(),
     WaltonMeekCurve(),
+    ConicCurve(),
 ]
 every_curve = pytest.mark.parametrize("boundary", CURVES, ids=str)
-PLANAR = [Planar(), Hermite(), Hermite(root="worst"), Optimized()]
+PLANAR = [Planar(), Hermite(), Hermite(root="worst"), Optimized(), ConicCurve()]
+#: Constructions by formulas alone, without a search for roots or minima.
+CLOSED = [Projected(), Planar(), Circular(), PiperCurve(), WaltonMeekCurve(), ConicCurve()]
 
 
 def sampled_edges(count: int = 300, seed: int = 1) -> EdgeData:
@@ -155,6 +164,23 @@ def test_the_reversed_edge_has_the_reversed_curve(boundary: BoundaryCurve) -> No
     edges = sampled_edges()
     there, back = boundary.curves(edges)[0], boundary.curves(reversed_edges(edges))[0]
     assert norm(there - back[:, ::-1]).max() < 1e-10
+
+
+@pytest.mark.parametrize("boundary", CLOSED, ids=str)
+def test_a_formula_gives_the_reversed_curve_bit_for_bit(boundary: BoundaryCurve) -> None:
+    edges = sampled_edges()
+    assert np.array_equal(boundary.curves(edges)[0], boundary.curves(reversed_edges(edges))[0][:, ::-1])
+
+
+@every_curve
+def test_both_faces_of_an_edge_have_the_same_curve_bit_for_bit(boundary: BoundaryCurve) -> None:
+    mesh = registry.dataset("icosahedron").mesh(0)
+    curves = boundary.network(mesh).opposite_vertices().reshape(-1, 4, 3)
+    ends = np.roll(mesh.faces, -1, axis=1)[..., None][:, :, [0, 0]]
+    ends[..., 1] = np.roll(mesh.faces, -2, axis=1)
+    ends = ends.reshape(-1, 2)
+    partner = [np.flatnonzero((ends == end[::-1]).all(axis=1))[0] for end in ends]
+    assert np.array_equal(curves, curves[partner][:, ::-1])
 
 
 @every_curve
@@ -345,8 +371,118 @@ def test_a_guard_that_is_no_interval_is_an_error(guard: tuple[float, ...]) -> No
 
 def test_uniform_speed_has_no_variation() -> None:
     along = np.array([[1.0], [0.0]])
-    assert speed_variation(np.full((2, 1, 1), 1.0 / 3.0), along, along)[0, 0] < 1e-7
-    assert speed_variation(np.array([[[0.2]], [[0.5]]]), along, along)[0, 0] > 0.1
+    assert speed_variation(np.full((2, 1, 1), 1.0 / 3.0), along, along, along)[0, 0] < 1e-7
+    assert speed_variation(np.array([[[0.2]], [[0.5]]]), along, along, along)[0, 0] > 0.1
+
+
+def random_space_cubics(count: int = 500) -> tuple[Float, EdgeData, Float]:
+    """Cubics with random control points, normals across their end tangents, and their normal curvatures (2, E)."""
+    rng = np.random.default_rng(11)
+    curves = rng.normal(size=(count, 4, 3))
+    n0, n1 = (
+        unit(cross(leg, rng.normal(size=(count, 3))))
+        for leg in (curves[:, 1] - curves[:, 0], curves[:, 3] - curves[:, 2])
+    )
+    edges = EdgeData(curves[:, 0], curves[:, 3], n0, n1, None, None)
+    # of normal_curvatures the sign is that of II
+    return curves, edges, -np.stack(normal_curvatures(curves, edges))
+
+
+def test_the_end_equations_hold_on_space_cubics_and_the_printed_first_one_does_not() -> None:
+    curves, edges, k = random_space_cubics()
+    assert edges.n0 is not None
+    assert edges.n1 is not None
+    t0, t1, chord = unit(curves[:, 1] - curves[:, 0]), unit(curves[:, 3] - curves[:, 2]), edges.p1 - edges.p0
+    d = np.stack(legs(curves))
+    linear, square, constant = end_equations((t0, t1), (edges.n0, edges.n1), chord, k)
+    assert np.abs(linear * d + square * d[::-1] ** 2 - constant).max() < 1e-12
+    # Mann 1992, section 2.4.4, as printed: <n1, t0> d0 = <n1, p0 - p1> - 3/2 k1 d1^2, and the second
+    first = dot(edges.n1, t0) * d[0] - (dot(edges.n1, -chord) - 1.5 * k[1] * d[1] ** 2)
+    second = dot(edges.n0, t1) * d[1] - (dot(edges.n0, chord) - 1.5 * k[0] * d[0] ** 2)
+    assert np.median(np.abs(first)) > 0.1
+    assert np.abs(second).max() < 1e-12
+
+
+def test_in_a_plane_the_space_curve_is_the_planar_one() -> None:
+    for angle in (0.3, 1.0, np.pi / 2, 2.0):
+        for root in ("best", "worst"):
+            space, planar = (curve(root=root).curves(arc(angle))[0] for curve in (HermiteSpace, Hermite))
+            assert norm(space - planar).max() < 1e-9
+
+
+def test_space_curves_without_a_solution_are_projected_and_counted() -> None:
+    edges = arc(0.5)
+    assert edges.W0 is not None
+    assert edges.W1 is not None
+    bent_away = EdgeData(edges.p0, edges.p1, edges.n0, edges.n1, -edges.W0, -edges.W1)
+    curves, notes = HermiteSpace().curves(bent_away)
+    assert notes == {"curves without a root": 1}
+    assert np.array_equal(curves, Projected().curves(bent_away)[0])
+    assert HermiteSpace(guard=(0.9, 1.2)).curves(edges)[1] == {"curves without a root": 1}
+
+
+def test_piper_legs_are_projections_of_a_third_of_the_chord_and_shorter_than_projected_ones() -> None:
+    edges = sampled_edges()
+    assert edges.n0 is not None
+    assert edges.n1 is not None
+    curves, projected = PiperCurve().curves(edges)[0], Projected().curves(edges)[0]
+    first, last = curves[:, 1] - curves[:, 0], curves[:, 3] - curves[:, 2]
+    third = (edges.p1 - edges.p0) / 3.0
+    assert norm(first - tangential(third, edges.n0)).max() < 1e-15
+    assert norm(last - tangential(third, edges.n1)).max() < 1e-15
+    for short, full in zip(legs(curves), legs(projected), strict=True):
+        assert (short < full).all()
+    for leg, direction in ((first, projected[:, 1] - edges.p0), (last, edges.p1 - projected[:, 2])):
+        assert norm(cross(unit(leg), unit(direction))).max() < 1e-13
+
+
+def test_walton_meek_on_a_right_angle_and_its_legs_with_equal_normals() -> None:
+    # c = 0, <n0, a> = -1, <n1, a> = 1 on the unit circle: rho = -3, sigma = 3, leg (6 a + 6 n0 + 3 n1) / 18
+    curve = WaltonMeekCurve().curves(arc(np.pi / 2))[0][0]
+    assert curve[1] == pytest.approx([1.0, 0.5, 0.0], abs=1e-15)
+    # with n0 = n1 on both ends: leg (a - 2 <n, a> n + <n, a> n) / 3, the projection of a third of the chord
+    edges = sampled_edges()
+    level = EdgeData(edges.p0, edges.p1, edges.n0, edges.n0, None, None)
+    assert norm(WaltonMeekCurve().curves(level)[0] - PiperCurve().curves(level)[0]).max() < 1e-15
+
+
+@pytest.mark.parametrize("degrees", [1.0, 45.0, 90.0, 170.0])
+def test_a_conic_over_an_arc_is_the_circle_and_its_cubic_that_of_an_arc(degrees: float) -> None:
+    edges = arc(np.radians(degrees), radius=2.0)
+    frame = planar_frame(edges)
+    conics = edge_conics(frame)
+    middle, w, t = conics.middle(edges, frame), conics.weight[0], np.linspace(0.0, 1.0, 9)[:, None]
+    assert w == pytest.approx(np.cos(np.radians(degrees / 2.0)), rel=1e-12)
+    weights = np.concatenate([(1.0 - t) ** 2, 2.0 * w * t * (1.0 - t), t**2], axis=1)
+    points = weights @ np.concatenate([edges.p0, middle, edges.p1]) / weights.sum(axis=1, keepdims=True)
+    assert norm(points) == pytest.approx(2.0, rel=1e-13)
+    assert norm(ConicCurve().curves(edges)[0] - Circular().curves(edges)[0]).max() < 1e-12
+
+
+def test_a_conic_curve_passes_through_the_shoulder_of_the_conic() -> None:
+    edges = sampled_edges()
+    frame = planar_frame(edges)
+    conics = edge_conics(frame)
+    assert conics.exists.all()
+    middle, w = conics.middle(edges, frame), conics.weight[:, None]
+    shoulder = (edges.p0 + 2.0 * w * middle + edges.p1) / (2.0 + 2.0 * w)
+    curves, notes = ConicCurve().curves(edges)
+    assert notes == {}
+    assert norm((curves * np.array([1.0, 3.0, 3.0, 1.0])[:, None]).sum(axis=1) / 8.0 - shoulder).max() < 1e-14
+    for leg, normal in ((middle - edges.p0, edges.n0), (middle - edges.p1, edges.n1)):
+        assert normal is not None
+        assert np.abs(dot(leg, normal)).max() < 1e-14
+
+
+def test_edges_with_an_inflection_or_bent_at_one_end_have_no_conic_and_are_planar() -> None:
+    chord = np.array([[1.0, 0.0, 0.0]])
+    slopes = [(0.3, 0.3), (0.3, 0.2), (0.3, 0.0), (0.3, -0.01)]
+    normals = [unit(np.array([[-s0, 1.0, 0.0], [-s1, 1.0, 0.0]])) for s0, s1 in slopes]
+    n0, n1 = (np.stack([pair[end] for pair in normals]) for end in (0, 1))
+    edges = EdgeData(np.zeros((4, 3)), np.repeat(chord, 4, axis=0), n0, n1, None, None)
+    curves, notes = ConicCurve().curves(edges)
+    assert notes == {"curves without a conic": 4}
+    assert np.array_equal(curves, Planar().curves(edges)[0])
 
 
 def objective(turn: Float, offsets: Float, k: Float, s: Float) -> Float:
