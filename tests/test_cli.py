@@ -68,7 +68,7 @@ def test_json_is_all_there_is_on_standard_output(tmp_path: Path) -> None:
     assert result["counts"] == {"ok": 3}
     assert json.loads(command_line("report", "out", "--json", cwd=tmp_path).stdout)["cells"] == result["cells"]
     assert len(json.loads(command_line("plan", *FLAT, "--json", cwd=tmp_path).stdout)["cells"]) == 3
-    assert {"schemes", "curves", "datasets", "measures", "reports", "problems"} == set(
+    assert {"schemes", "curves", "datasets", "measures", "reports", "not_built", "problems"} == set(
         json.loads(command_line("list", "--json").stdout)
     )
 
@@ -139,3 +139,23 @@ def test_info_shows_citation_claims_and_parameters() -> None:
     text = command_line("info", "shirman-sequin").stdout
     for words in ("1987", "G1", "jensen_c", "alpha2", "boundary"):
         assert words in text
+
+
+def test_info_tells_claims_verdicts_and_cost_of_a_scheme_with_its_parameters() -> None:
+    told = command_line("info", "shirman-sequin[boundary=hermite]").stdout
+    for text in (
+        "shirman-sequin[boundary=hermite]",
+        "second forms",
+        "3 Bézier triangles of degree 4",
+        "45 control points",
+    ):
+        assert text in told
+    assert re.search(r"checks +(\d+) of \1 passed", told)
+    assert re.search(r"cost of a jet +[0-9.]+ cubic triangles", told)
+
+
+def test_info_tells_why_a_published_scheme_is_not_built() -> None:
+    told = command_line("info", "farin-1983")
+    assert told.returncode == 0
+    assert "not built" in told.stdout
+    assert "farin-1983" in command_line("list", "schemes").stdout

@@ -139,7 +139,7 @@ def info(
     as_json: Json = False,
 ) -> None:
     """Tell what a plugin is: citation, claims, parameters with their defaults, and its documentation."""
-    from testbed.cli.listing import info_command
+    from testbed.cli.describing import info_command
 
     info_command(name, as_json=as_json)
 

@@ -135,6 +135,26 @@ def findings(text: str) -> Findings:
     return Findings(profile(one), check(one))
 
 
+def patch_words(found: Profile) -> str:
+    """Return what a face becomes: ``3 Bézier triangles of degree 4``."""
+    parts = []
+    for one in found.kinds:
+        count = f"{one.per_face:.3g}"
+        degree = f" of degree {one.degree}" if one.degree is not None else ""
+        plural = re.sub(r"(triangle|patch)(?=$| )", lambda match: _PLURALS[match[1]], one.kind, count=1)
+        parts.append(f"{count} {one.kind if one.per_face == 1.0 else plural}{degree}")
+    return " and ".join(parts)
+
+
+_PLURALS = {"triangle": "triangles", "patch": "patches"}
+
+
+def stored_words(found: Profile) -> str:
+    """Return what is stored over a face: ``45 control points, 135 numbers``."""
+    points = f"{found.control_points:.3g} control points, " if found.control_points is not None else ""
+    return f"{points}{found.numbers:.4g} numbers"
+
+
 def needs(one: Scheme) -> Data:
     """Return the data that a scheme reads, with those its boundary curves read."""
     found = Data.POINTS
