@@ -6,11 +6,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from testbed.geometry.curvature import second_form_matrix
 from testbed.geometry.domain import CORNERS
 from testbed.geometry.jets import Jet
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.measures.corner_forms import corner_forms
+from testbed.measures.extremum import patch_order
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
 
@@ -18,8 +19,16 @@ from testbed.plugins.measure import Column, Measure, Survey, Value
 class Interpolation(Measure):
     """Distances, angles and differences of second fundamental forms between surface and data at the vertices.
 
-    Second fundamental forms are left out on blended patches, whose second derivatives have no limit at their corners.
+    Blended patches have no second fundamental form at their corners, only limits: the farthest of those along three
+    directions counts, so that a form that depends on the direction is not taken for the data's.
+
+    Parameters
+    ----------
+    blended
+        Blended patches whose forms are looked at, evenly chosen among all of them; of other patches all are.
     """
+
+    blended: int = 256
 
     name: ClassVar[str] = "interpolation"
     title: ClassVar[str] = "Interpolation of the data"
@@ -38,17 +47,17 @@ class Interpolation(Measure):
     def measure(self, survey: Survey) -> Mapping[str, Value]:
         """Return the columns for which the mesh has data."""
         surface, mesh = survey.surface, survey.surface.mesh
-        blended = any(batch.corner_margin > 0.0 for batch in surface.batches)
-        order = 0 if mesh.normals is None else 1 if mesh.second_forms is None or blended else 2
         worst: dict[str, tuple[float, int]] = {}
-        for jet, vertex in vertex_jets(surface, order):
+        for jet, vertex in vertex_jets(surface, 0 if mesh.normals is None else 1):
             errors = {"distance": norm(jet.f - mesh.points[vertex])}
             if mesh.normals is not None:
                 errors["normal"] = np.degrees(angle_between(jet.normal, mesh.normals[vertex]))
-            if mesh.second_forms is not None and not blended:
-                errors["form"] = np.abs(second_form_matrix(jet) - mesh.second_forms[vertex]).max(axis=(1, 2))
             for name, values in errors.items():
                 worst[name] = _worse(worst.get(name, (-1.0, -1)), values, vertex)
+        if mesh.second_forms is not None:
+            for forms, vertex in vertex_forms(surface, self.blended):
+                values = np.abs(forms - mesh.second_forms[vertex][:, None]).max(axis=(1, 2, 3))
+                worst["form"] = _worse(worst.get("form", (-1.0, -1)), values, vertex)
         units = {"distance": "max", "normal": "max_deg", "form": "max"}
         result: dict[str, Value] = {}
         for name, (value, vertex_id) in worst.items():
@@ -63,6 +72,27 @@ def vertex_jets(surface: Surface, order: int) -> Iterator[tuple[Jet, Int]]:
         patch, corner = np.nonzero(part.corner_ids < len(surface.mesh.points))
         jet = part.batch.jets(CORNERS[part.batch.sides], order)
         yield Jet(jet.coefficients[:, patch, corner]), part.corner_ids[patch, corner]
+
+
+def vertex_forms(surface: Surface, blended: int) -> Iterator[tuple[Float, Int]]:
+    """For each part, second fundamental forms (N, D, 3, 3) at patch corners that are vertices, and the vertices (N,).
+
+    Parameters
+    ----------
+    blended
+        How many blended patches are looked at.
+    """
+    order = patch_order(surface)
+    part_of = np.repeat(np.arange(len(surface.parts)), [len(part.batch) for part in surface.parts])
+    margins = np.array([part.batch.corner_margin for part in surface.parts])
+    among = order[margins[part_of[order]] > 0.0]
+    chosen = np.zeros(len(order), dtype=np.bool_)
+    chosen[margins[part_of] == 0.0] = True
+    chosen[among[np.linspace(0, len(among) - 1, min(blended, len(among)), dtype=np.int64)]] = True
+    for index, part in enumerate(surface.parts):
+        patches = np.flatnonzero(chosen[part_of == index])
+        patch, corner = np.nonzero(part.corner_ids[patches] < len(surface.mesh.points))
+        yield corner_forms(part.batch.take(patches))[patch, corner], part.corner_ids[patches][patch, corner]
 
 
 def _worse(known: tuple[float, int], values: Float, vertices: Int) -> tuple[float, int]:
