@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from testbed.geometry.mesh import HermiteMesh
-from testbed.geometry.vectors import Float
+from testbed.geometry.vectors import Float, Int
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class CurveNetwork:
         points = self.control_points
         return points[:, 1] - points[:, 0], points[:, 2] - points[:, 3]
 
-    def along_sides(self) -> Float:
-        """(F, sides, 4, 3): the curve of side s of each face, from corner s to corner s + 1."""
-        curves = self.control_points[self.mesh.face_edges]
-        return np.where(self.mesh.face_edge_forward[..., None, None], curves, curves[:, :, ::-1])
+    def along_sides(self, faces: slice | Int = slice(None)) -> Float:
+        """(F, sides, 4, 3): the curve of side s of all faces, or of some, from corner s to corner s + 1."""
+        curves = self.control_points[self.mesh.face_edges[faces]]
+        return np.where(self.mesh.face_edge_forward[faces][..., None, None], curves, curves[:, :, ::-1])
 
-    def opposite_vertices(self) -> Float:
+    def opposite_vertices(self, faces: slice | Int = slice(None)) -> Float:
         """(F, 3, 4, 3): the curve of the edge opposite vertex i of each triangle, from corner i + 1 to corner i + 2."""
-        return np.roll(self.along_sides(), -1, axis=1)
+        return np.roll(self.along_sides(faces), -1, axis=1)

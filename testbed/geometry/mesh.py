@@ -203,7 +203,7 @@ class HermiteMesh:
         """(F, sides, 3) vertices by face corner."""
         return self.points[self.faces]
 
-    def corner_normals(self, faces: slice = slice(None)) -> Float:
+    def corner_normals(self, faces: slice | Int = slice(None)) -> Float:
         """(F, sides, 3) unit normals by corner of all faces, or of some; raises ValueError if the mesh has none."""
         if self.normals is None:
             raise ValueError("this mesh has no normals")

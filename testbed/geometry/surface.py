@@ -50,6 +50,23 @@ class Part:
             if (found := getattr(self, name).shape) != shape:
                 raise PluginError(f"{name} has shape {found} for {count} patches of {sides} sides: give {shape}")
 
+    @classmethod
+    def of_split_faces(cls, mesh: HermiteMesh, batch: PatchBatch, faces: Int) -> "Part":
+        """Three patches for each of some triangles (N,); patch 3 r + i has the corners i + 1, i + 2 of face faces[r].
+
+        The third corner is the centre of the face f, id V + f.
+        """
+        corner, centre = mesh.faces[faces], len(mesh.points) + faces
+        ids = np.stack([np.stack([corner[:, (i + 1) % 3], corner[:, (i + 2) % 3], centre], axis=-1) for i in range(3)])
+        middle = np.full(2, 1.0 / 3.0)
+        corners = np.stack([np.stack([CORNERS[3][(i + 1) % 3], CORNERS[3][(i + 2) % 3], middle]) for i in range(3)])
+        return cls(
+            batch,
+            np.moveaxis(ids, 0, 1).reshape(-1, 3),
+            np.repeat(faces, 3),
+            np.broadcast_to(corners, (len(faces), 3, 3, 2)).reshape(-1, 3, 2),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -81,21 +98,7 @@ class Surface:
         cls, mesh: HermiteMesh, batch: PatchBatch, notes: Mapping[str, int] | None = None
     ) -> "Surface":
         """Three patches a triangle; patch 3 f + i has the corners i + 1, i + 2 of face f and its centre, id V + f."""
-        count = len(mesh.faces)
-        centre = len(mesh.points) + np.arange(count)
-        ids = np.stack(
-            [np.stack([mesh.faces[:, (i + 1) % 3], mesh.faces[:, (i + 2) % 3], centre], axis=-1) for i in range(3)],
-            axis=1,
-        )
-        middle = np.full(2, 1.0 / 3.0)
-        corners = np.stack([np.stack([CORNERS[3][(i + 1) % 3], CORNERS[3][(i + 2) % 3], middle]) for i in range(3)])
-        part = Part(
-            batch,
-            ids.reshape(-1, 3),
-            np.repeat(np.arange(count), 3),
-            np.broadcast_to(corners, (count, 3, 3, 2)).reshape(-1, 3, 2),
-        )
-        return cls(mesh, (part,), notes or {})
+        return cls(mesh, (Part.of_split_faces(mesh, batch, np.arange(len(mesh.faces))),), notes or {})
 
     @property
     def batches(self) -> tuple[PatchBatch, ...]:
