@@ -114,16 +114,30 @@ def cubic_reproducing_inner(boundary: Float, curves: Float, cross_points: tuple[
     cross_points
         C_ij and C_ik by edge i, (F, 3, d) each.
     """
-    corner = boundary[:, K, 0]
-    towards_next, towards_previous = corner_neighbours(boundary)
-    # cubic spokes: a quartic's first leg is three quarters of the cubic's
-    first = corner + 4.0 / 9.0 * ((towards_next - corner) + (towards_previous - corner))
-    near_start, near_end = cross_points
-    # mean of (4 C_ij - I_j1 - H_1) / 2 and (4 C_ik - I_k1 - H_2) / 2
-    centre = near_start + near_end - ((first[:, J] + first[:, K]) + (curves[:, :, 1] + curves[:, :, 2])) / 4.0
+    first = _cubic_spokes(boundary)
+    centre = nearest_cubic_points(boundary, curves, cross_points)
     second = (first + (centre[:, J] + centre[:, K])) / 3.0
     inner: Float = (second[:, J] + second[:, K] + 2.0 * centre) / 4.0
     return inner
+
+
+def nearest_cubic_points(boundary: Float, curves: Float, cross_points: tuple[Float, Float]) -> Float:
+    """Return the Q_i of split cubics whose raised second rows come nearest to the C_ij and C_ik, (F, 3, d).
+
+    The mean of (4 C_ij - I_j1 - H_1) / 2 and (4 C_ik - I_k1 - H_2) / 2, which are equal if they are split cubics; the
+    parameters are those of :func:`cubic_reproducing_inner`.
+    """
+    first, (near_start, near_end) = _cubic_spokes(boundary), cross_points
+    centre: Float = near_start + near_end - ((first[:, J] + first[:, K]) + (curves[:, :, 1] + curves[:, :, 2])) / 4.0
+    return centre
+
+
+def _cubic_spokes(boundary: Float) -> Float:
+    """First spoke points of split cubics with these boundaries raised to quartics: a cubic's leg is 4/3 as long."""
+    corner = boundary[:, K, 0]
+    towards_next, towards_previous = corner_neighbours(boundary)
+    first: Float = corner + 4.0 / 9.0 * ((towards_next - corner) + (towards_previous - corner))
+    return first
 
 
 def c1_cubics(curves: Float, cross_points: Float) -> Float:
