@@ -17,6 +17,7 @@ from testbed_schemes.boundary_curves.conic import ConicCurve
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.hermite_space import HermiteSpace, end_equations
 from testbed_schemes.boundary_curves.optimized import Optimized, best_speeds
+from testbed_schemes.boundary_curves.peters import PetersCurve
 from testbed_schemes.boundary_curves.piper import PiperCurve
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
@@ -34,6 +35,7 @@ CURVES = [
     Optimized(),
     HermiteSpace(),
     HermiteSpace(root="worst"),
+    PetersCurve(),
     PiperCurve(),
     WaltonMeekCurve(),
     ConicCurve(),
