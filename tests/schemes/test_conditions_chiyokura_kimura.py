@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from testbed.geometry.bernstein import derivative_triangle, elevate_curve, triangle_tables
 from testbed.geometry.vectors import Float, angle_between, cross, dot, norm, tangential, unit
-from testbed_schemes.continuity_conditions.chiyokura_kimura import conormal, cross_boundary_points
+from testbed_schemes.continuity_conditions.chiyokura_kimura import (
+    conormal,
+    cross_boundary_points,
+    perpendicular_derivative,
+    quadratic_field_points,
+)
 
 T = np.linspace(0.0, 1.0, 21)
 seeds = st.integers(0, 2**32 - 1)
@@ -136,3 +142,102 @@ def test_an_edge_without_an_end_tangent_gives_nan_and_no_point() -> None:
     edge = EdgeCase(3)
     edge.curve[1] = edge.curve[0]
     assert np.isnan(edge.field(edge.legs(), 1.0)[1:3]).all()
+
+
+def quadratic_field(edge: EdgeCase, legs: tuple[Float, Float]) -> Float:
+    """Walton and Meek's field (4, 3) of a patch along the curve."""
+    first, second = quadratic_field_points(edge.curve, *legs, edge.n0, edge.n1)
+    return np.stack([legs[0], first - edge.curve[1], second - edge.curve[2], legs[1]])
+
+
+def quadratic_field_from_the_other_side(edge: EdgeCase, legs: tuple[Float, Float]) -> Float:
+    near_end, near_start = quadratic_field_points(edge.curve[::-1], legs[1], legs[0], edge.n1, edge.n0)
+    return np.stack([legs[0], near_start - edge.curve[1], near_end - edge.curve[2], legs[1]])
+
+
+@given(seeds)
+def test_walton_and_meeks_fields_on_both_sides_share_a_plane_with_the_boundary(seed: int) -> None:
+    edge = EdgeCase(seed)
+    f, g = quadratic_field(edge, edge.legs()), quadratic_field_from_the_other_side(edge, edge.legs())
+    assert edge.largest_determinant(f, g) < 1e-13
+
+
+def test_walton_and_meeks_planes_are_not_those_of_chiyokura_and_kimura() -> None:
+    edge = EdgeCase(5)
+    assert edge.largest_determinant(quadratic_field(edge, edge.legs()), edge.field(edge.legs(), 1.0)) > 1e-3
+
+
+@given(seeds)
+def test_walton_and_meeks_field_reverses_bit_for_bit(seed: int) -> None:
+    edge = EdgeCase(seed)
+    legs = edge.legs()
+    assert np.array_equal(quadratic_field(edge, legs), quadratic_field_from_the_other_side(edge, legs))
+
+
+@given(seeds)
+def test_walton_and_meeks_published_form_gives_the_same_points(seed: int) -> None:
+    """d_r is measured there from (p_r + p_{r + 1}) / 2 of the raised boundary p, with h along its leg and k across."""
+    edge = EdgeCase(seed)
+    legs = edge.legs()
+    raised = elevate_curve(edge.curve)
+    middle = (raised[:-1] + raised[1:]) / 2.0
+    v = np.diff(edge.curve, axis=0)
+    a0, a2 = unit(cross(edge.n0, v[0])), unit(cross(edge.n1, v[2]))
+    a1 = unit(a0 + a2)
+    d0, d3 = edge.curve[0] + legs[0] - middle[0], edge.curve[3] + legs[1] - middle[3]
+    k0, k1 = dot(d0, a0), dot(d3, a2)
+    h0, h1 = dot(d0, v[0]) / dot(v[0], v[0]), dot(d3, v[2]) / dot(v[2], v[2])
+    first = middle[1] + (k1 * a0 + 2 * k0 * a1 + 2 * h0 * v[1] + h1 * v[0]) / 3.0
+    second = middle[2] + (2 * k1 * a1 + k0 * a2 + h0 * v[2] + 2 * h1 * v[1]) / 3.0
+    size = norm(quadratic_field(edge, legs)).max() + norm(edge.curve).max()
+    found = quadratic_field_points(edge.curve, *legs, edge.n0, edge.n1)
+    assert np.stack(found) == pytest.approx(np.stack([first, second]), abs=1e-14 * size)
+
+
+@given(seeds)
+def test_equal_conormals_make_walton_and_meeks_points_chiyokura_and_kimuras(seed: int) -> None:
+    edge = EdgeCase(seed)
+    edge.curve[:, 2] = 0.0
+    v = np.diff(edge.curve, axis=0)
+    edge.n0, edge.n1 = (unit(cross(leg, np.array([0.0, 0.0, 1.0]))) for leg in (v[0], v[2]))  # all in one plane
+    legs = edge.legs()
+    assert quadratic_field(edge, legs) == pytest.approx(edge.field(legs, 1.0), abs=1e-13 * (1.0 + float(norm(legs[0]))))
+
+
+def test_opposite_conormals_give_nan_in_the_quadratic_field() -> None:
+    edge = EdgeCase(3)
+    edge.curve[:] = np.linspace(0.0, 1.0, 4)[:, None] * np.array([3.0, 0.0, 0.0])
+    edge.n0 = np.array([0.0, 0.6, 0.8])
+    edge.n1 = -edge.n0
+    assert np.isnan(quadratic_field(edge, edge.legs())[1:3]).all()
+
+
+@given(seeds, jensen_cs)
+def test_herrons_reading_is_a_derivative_of_the_same_patch_in_turning_directions(seed: int, jensen_c: float) -> None:
+    edge = EdgeCase(seed)
+    legs = edge.legs()
+    row = edge.curve + edge.field(legs, jensen_c)
+    # b_0 = 0 along the edge, from corner 1 to corner 2; rows further in have no influence
+    net = np.zeros((15, 3))
+    net[[10, 11, 12, 13, 14]], net[[6, 7, 8, 9]] = elevate_curve(edge.curve), row
+    field, along = perpendicular_derivative(edge.curve, 4 * legs[0], 4 * legs[1], edge.n0, edge.n1, jensen_c)
+    h = (1.0 - T) * along[0] + T * along[1]
+    directions = np.stack([np.ones_like(T), h - (1.0 - T), -h - T], axis=-1)
+    table = triangle_tables(3, np.stack([1.0 - T, T], axis=-1), 0)[0]
+    derivative = np.einsum("sn,snx->sx", table, derivative_triangle(net, directions))
+    size = 1.0 + norm(derivative).max()
+    assert bernstein(field) == pytest.approx(derivative, abs=1e-13 * size)
+    ends = edge.curve[1] - edge.curve[0], edge.curve[3] - edge.curve[2]
+    assert [dot(derivative[0], ends[0]), dot(derivative[-1], ends[1])] == pytest.approx([0.0, 0.0], abs=1e-12 * size)
+
+
+def test_herrons_derivative_is_four_times_the_across_part_of_the_quartics_legs() -> None:
+    edge = EdgeCase(11)
+    legs = edge.legs()
+    field, along = perpendicular_derivative(edge.curve, 4 * legs[0], 4 * legs[1], edge.n0, edge.n1)
+    for place, (leg, normal, v) in enumerate(
+        ((legs[0], edge.n0, edge.curve[1] - edge.curve[0]), (legs[1], edge.n1, edge.curve[3] - edge.curve[2]))
+    ):
+        c = unit(cross(normal, v))
+        assert field[3 * place] == pytest.approx(4.0 * dot(leg, c) * c, abs=1e-14)
+        assert along[place] == pytest.approx(4.0 * dot(leg, v) / (3.0 * dot(v, v)))
