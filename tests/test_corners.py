@@ -118,7 +118,8 @@ def test_schemes_refuse_a_normal_in_the_plane_of_a_face(name: str) -> None:
     a, b, c = mesh.points[mesh.faces[4]]
     normals[mesh.faces[4, 0]] = (b - a) - 0.3 * (c - a)
     given = HermiteMesh(mesh.points, mesh.faces, normals, np.zeros((len(normals), 3, 3)))
-    boundary = "[boundary=projected]" if name in ("cubic-interpolant", "shirman-sequin", "triangular-gregory") else ""
+    projects = ("cubic-interpolant", "shirman-sequin", "triangular-gregory", "walton-meek")
+    boundary = "[boundary=projected]" if name in projects else ""
     with pytest.raises(Refused, match=r": .*(turn it or move the vertex|put a vertex on it)"):
         testbed.scheme(name + boundary).fit(given)
 
@@ -135,7 +136,7 @@ def test_the_cubic_interpolant_refuses_second_forms_that_put_its_centre_far_away
             assert scheme.fit(data).patch_count == 20
 
 
-@pytest.mark.parametrize("name", ["shirman-sequin", "triangular-gregory"])
+@pytest.mark.parametrize("name", ["shirman-sequin", "triangular-gregory", "herron", "walton-meek"])
 def test_schemes_on_networks_refuse_normals_that_are_opposite_as_seen_along_an_edge(name: str) -> None:
     # the curve from vertex 0 to 1 stays in the plane of the face, its conormals point up and down
     normals = [[0.98551924, -0.16956364, 0], [-0.89508782, -0.44588989, 0], [0, 0, 1.0]]
