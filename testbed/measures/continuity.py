@@ -1,8 +1,8 @@
 """How patches join: the angle between the normals and the gap between the positions on the edges between patches."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from testbed.geometry.vectors import Float, Int, angle_between, norm
 from testbed.measures.extremum import Extremum
 from testbed.measures.sampling import CHUNK
 from testbed.plugins.measure import Column, Measure, Survey, Value
+
+#: Jumps of Q kinds, (Q, E, T), at parameters (T,) or (E, T) of edges of a surface.
+Jumps: TypeAlias = Callable[[Surface, PatchEdges, Float], Float]
 
 #: Fewest and most intervals between the even samples of an edge; nine make the ten of Mann 1992, section 5.3.
 INTERVALS = (9, 32)
@@ -72,9 +75,7 @@ class Continuity(Measure):
     def measure(self, survey: Survey) -> Mapping[str, Value]:
         """Return the columns."""
         surface = survey.surface
-        edges = surface.edges[surface.edges.interior]
-        # an order that does not depend on how patches are stored: ties go to the lowest face
-        edges = edges[np.lexsort((*edges.ids.T[::-1], edges.left.face))]
+        edges = interior_edges(surface)
         t = edge_parameters(len(edges), self.budget)
         jumps = np.empty((2, len(edges), len(t)))
         step = max(1, CHUNK // len(t))
@@ -100,6 +101,12 @@ class Continuity(Measure):
         return result
 
 
+def interior_edges(surface: Surface) -> PatchEdges:
+    """Return the edges between patches, by mesh face and corner ids: an order that does not depend on storage."""
+    edges = surface.edges[surface.edges.interior]
+    return edges[np.lexsort((*edges.ids.T[::-1], edges.left.face))]
+
+
 def edge_parameters(edges: int, budget: int) -> Float:
     """Parameters (T,) of the samples of every edge, ends included, symmetric under t -> 1 - t to the last bit."""
     low, high = INTERVALS
@@ -122,20 +129,22 @@ def edge_jumps(surface: Surface, edges: PatchEdges, t: Float) -> Float:
         return np.stack([angle_between(left.normal, right.normal), norm(left.f - right.f)])
 
 
-def edge_jets(surface: Surface, edges: PatchEdges, t: Float) -> tuple[Jet, Jet]:
-    """First-order jets of the left and right patches, both evaluated at once where their parameters allow it."""
+def edge_jets(surface: Surface, edges: PatchEdges, t: Float, order: int = 1) -> tuple[Jet, Jet]:
+    """Jets of the left and right patches, both evaluated at once where their parameters allow it."""
     if t.ndim == 1 and not np.array_equal(1.0 - t[::-1], t):
-        return surface.edge_jets(edges, t, 1)
+        return surface.edge_jets(edges, t, order)
     left, right = edges.left, edges.right
     both = PatchSides(*(np.concatenate([getattr(s, f.name) for s in (left, right)]) for f in fields(PatchSides)))
     # parameters run the other way on the right; shared ones are symmetric, and their samples are turned round instead
-    jets = surface.side_jets(both, t if t.ndim == 1 else np.concatenate([t, 1.0 - t]), 1).coefficients
+    jets = surface.side_jets(both, t if t.ndim == 1 else np.concatenate([t, 1.0 - t]), order).coefficients
     on_right = jets[:, len(edges) :]
     return Jet(jets[:, : len(edges)]), Jet(on_right[:, :, ::-1] if t.ndim == 1 else on_right)
 
 
-def largest(surface: Surface, edges: PatchEdges, t: Float, sampled: Float, candidates: int) -> list[Extremum]:
-    """Return the largest jump of each kind over all edges from their samples (2, E, T), searched beyond them.
+def largest(
+    surface: Surface, edges: PatchEdges, t: Float, sampled: Float, candidates: int, jumps: Jumps = edge_jumps
+) -> list[Extremum]:
+    """Return the largest jump of each kind over all edges from their samples (Q, E, T), searched beyond them.
 
     The brackets of the largest samples are searched on ever finer points, each candidate edge by itself.
     """
@@ -151,7 +160,8 @@ def largest(surface: Surface, edges: PatchEdges, t: Float, sampled: Float, candi
     at = t[peak]
     known = ~np.isnan(value)
     if known.any():
-        value[known], at[known] = search(surface, edges[edge[known]], t, kind[known], value[known], peak[known])
+        start = value[known], peak[known]
+        value[known], at[known] = search(surface, edges[edge[known]], t, kind[known], *start, jumps)
     result = []
     for index in range(len(chosen)):
         winner = np.flatnonzero(kind == index)[[np.argmax(value[kind == index])]]
@@ -162,7 +172,9 @@ def largest(surface: Surface, edges: PatchEdges, t: Float, sampled: Float, candi
     return result
 
 
-def search(surface: Surface, edges: PatchEdges, t: Float, kind: Int, value: Float, peak: Int) -> tuple[Float, Float]:
+def search(
+    surface: Surface, edges: PatchEdges, t: Float, kind: Int, value: Float, peak: Int, jumps: Jumps
+) -> tuple[Float, Float]:
     """Return the largest jumps (N,) and their parameters (N,) on brackets around the samples ``t[peak]`` of N edges.
 
     A round evaluates even points on each bracket, and the vertex of the parabola through the largest one of the round
@@ -177,7 +189,7 @@ def search(surface: Surface, edges: PatchEdges, t: Float, kind: Int, value: Floa
     for _ in range(ROUNDS):
         points = np.concatenate([low[:, None] + (high - low)[:, None] * BRACKET, vertex[:, None]], axis=1)
         points = grained(np.clip(points, margin, 1.0 - margin))
-        found = edge_jumps(surface, edges, points)[kind, row]
+        found = jumps(surface, edges, points)[kind, row]
         vertex = parabola_vertex(points[:, : len(BRACKET)], found[:, : len(BRACKET)])
         best = found.argmax(axis=1)
         # NaN wins the comparison too

@@ -13,7 +13,7 @@ from testbed.geometry.patches import PatchBatch
 from testbed.geometry.vectors import Float, as_float
 from testbed.measures.sampling import chunks
 
-#: Directions of the limits, between the two sides of the corner; not the sides, where neighbours may agree all the same.
+#: Directions of the limits, between the two sides of the corner.
 DIRECTIONS = np.array([0.125, 0.5, 0.875])
 #: The largest distance from the corner, and how often it is halved. Nearer, rounding grows; farther away, what is left
 #: of the extrapolation does. Both are 1e-9 of the curvature here, 1e-7 in triangles a hundred times longer than wide.
