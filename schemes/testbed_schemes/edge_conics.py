@@ -38,13 +38,14 @@ class EdgeConics:
     @property
     def exists(self) -> Bool:
         """(E,) true where there is a conic."""
-        return np.asarray(np.isfinite(self.weight))
+        return np.isfinite(self.weight)
 
     def middle(self, edges: EdgeData, frame: PlanarFrame) -> Float:
         """Q1, (E, 3): the mean of what both ends say, so that the reversed edge has the same, bit for bit."""
         from_start = edges.p0 + (self.offsets[0] * frame.length)[:, None] * frame.t0
         from_end = edges.p1 - (self.offsets[1] * frame.length)[:, None] * frame.t1
-        return (from_start + from_end) / 2.0
+        mean: Float = (from_start + from_end) / 2.0
+        return mean
 
     def cubic_legs(self) -> Float:
         """Bezier legs over L, (2, E), of the cubic with the conic's end tangents and its shoulder point at t = 1/2.

@@ -36,7 +36,8 @@ class ConicCurve(BoundaryCurve):
     status = "Fill: the survey says only that Hansford's scheme fits conics to the edges."
     failures = (
         "Refused where the plane of chord and mean normal or a tangent in it is undefined. Edges with an inflection, "
-        "or bent at one end only, have no conic (8 of 120 on a coarse torus): there the legs jump to L / 3."
+        "or bent at one end only, have no conic (8 of 120 on a coarse torus): there the legs jump to L / 3, and near "
+        "them the curve is far from the data: distances to a graph with asymptotic lines fall with third order."
     )
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
