@@ -53,6 +53,13 @@ Jobs = Annotated[
 ]
 Directory = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where the results are kept.")]
 
+Studied = Annotated[str, typer.Argument(metavar="SCHEME", help="The scheme, as name or name[field=value,...].")]
+StudiedData = Annotated[
+    list[str], typer.Option("-d", "--dataset", metavar="DATASET", help="A dataset; may be repeated.")
+]
+Level = Annotated[str, typer.Option("--level", metavar="L", help="Level of the datasets.")]
+Maximise = Annotated[bool, typer.Option("--maximise", help="Look for large values instead of small ones.")]
+
 
 @app.callback()
 def options(
@@ -156,6 +163,17 @@ def check(
     raise typer.Exit(check_command(names, as_json=as_json))
 
 
+@app.command(epilog="[dim]Example:[/dim]  testbed catalogue -o catalogue")
+def catalogue(*, output: Directory = Path("catalogue"), jobs: Jobs = None) -> None:
+    """Check everything registered, and write a page that tells what each scheme and boundary curve is.
+
+    Exit code 1 if a check failed.
+    """
+    from testbed.cli.cataloguing import catalogue_command
+
+    raise typer.Exit(catalogue_command(output, jobs))
+
+
 @app.command(epilog="[dim]Example:[/dim]  testbed report results")
 def report(
     directory: Annotated[Path, typer.Argument(metavar="[DIR]", help="A directory that a run has written.")] = Path(
@@ -185,6 +203,80 @@ def reproduce(
     from testbed.cli.reproducing import reproduce_command
 
     raise typer.Exit(reproduce_command(paper, output, jobs, as_json=as_json))
+
+
+@app.command(
+    epilog="[dim]Example:[/dim]  testbed sweep 'triangular-gregory[boundary=hermite]' --over jensen_c=0.9:1.4:26 -d octahedron"
+)
+def sweep(
+    scheme: Studied,
+    *,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            "--over", metavar="NAME=VALUES", help="A parameter, as name=low:high:count or name=a,b,c; once or twice."
+        ),
+    ],
+    datasets: StudiedData,
+    level: Level = "0",
+    measures: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--measure",
+            metavar="QUANTITY",
+            help="A column of the results, or gauss_spread, mean_spread, gauss_ratio, gauss_error, mean_error; may be "
+            "repeated. Default: gauss_spread.",
+        ),
+    ] = None,
+    maximise: Maximise = False,
+    jobs: Jobs = None,
+    output: Directory = Path("sweep"),
+    as_json: Json = False,
+) -> None:
+    """Compute a scheme at all values of one or two parameters, plot what becomes of it, and print the best values."""
+    from testbed.cli.studying import Study, sweep_command
+
+    study = Study(scheme, datasets, level, over, measures or ["gauss_spread"], maximise, jobs, output)
+    raise typer.Exit(sweep_command(study, as_json=as_json))
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed tune 'shirman-sequin[boundary=hermite]' -d octahedron")
+def tune(
+    scheme: Studied,
+    *,
+    datasets: StudiedData,
+    level: Level = "0",
+    minimise: Annotated[
+        str,
+        typer.Option(
+            "--minimise",
+            metavar="QUANTITY",
+            help="A column of the results, or gauss_spread, mean_spread, gauss_ratio, gauss_error, mean_error.",
+        ),
+    ] = "gauss_spread",
+    maximise: Annotated[
+        str | None, typer.Option("--maximise", metavar="QUANTITY", help="The same, to be made large instead.")
+    ] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--over",
+            metavar="NAME[=LOW:HIGH]",
+            help="A real parameter; may be repeated. Default: all that the scheme declares bounds for.",
+        ),
+    ] = None,
+    jobs: Jobs = None,
+    output: Directory = Path("tune"),
+    as_json: Json = False,
+) -> None:
+    """Search for the values of a scheme's real parameters at which a quantity is smallest, and print what that gains.
+
+    On several datasets a setting counts by the one where it gains least on the scheme as given.
+    """
+    from testbed.cli.studying import Study, tune_command
+
+    study = Study(scheme, datasets, level, over or [], [maximise or minimise], maximise is not None, jobs, output)
+    raise typer.Exit(tune_command(study, as_json=as_json))
 
 
 def main() -> None:
