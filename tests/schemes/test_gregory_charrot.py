@@ -13,7 +13,7 @@ from testbed.geometry.curvature import gauss
 from testbed.geometry.domain import corner_distance, lattice
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, angle_between, cross, dot, norm, unit
+from testbed.geometry.vectors import angle_between, cross, dot, norm, unit
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Scheme
 from testbed.registry import catalogue
