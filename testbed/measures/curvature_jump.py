@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.geometry.curvature import second_form_matrix
 from testbed.geometry.edges import PatchEdges
+from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, norm
 from testbed.measures.continuity import NEAR_ENDS, edge_jets, grained, interior_edges, largest
@@ -23,7 +24,7 @@ class CurvatureJump(Measure):
     """Largest difference of second fundamental forms over the edges between patches, inner edges of split faces too.
 
     The forms are matrices in space, so that their difference knows of no parameters: its Frobenius norm, relative to
-    the larger of the two norms plus one over the diameter of the mesh, which keeps nearly flat places from counting.
+    the larger of the two norms plus one over the mesh's diameter, which keeps rounding in flat places from counting.
     Surfaces with continuous tangent planes differ across their edges only; others differ in their planes too.
 
     Edges are sampled, many edges only in part; the largest samples are searched further. A surface without edges
@@ -88,5 +89,10 @@ def curvature_jumps(surface: Surface, edges: PatchEdges, t: Float) -> Float:
     # patches that are not finite have NaN for a jump, without a warning
     with np.errstate(invalid="ignore", over="ignore"):
         left, right = (second_form_matrix(jet).reshape(*jet.f.shape[:-1], 9) for jet in edge_jets(surface, edges, t, 2))
-        scale = np.maximum(norm(left), norm(right)) + 1.0 / norm(np.ptp(surface.mesh.points, axis=0))
+        scale = np.maximum(norm(left), norm(right)) + 1.0 / diameter(surface.mesh)
         return np.asarray(norm(left - right) / scale)[None]
+
+
+def diameter(mesh: HermiteMesh) -> float:
+    """Twice the largest distance of a vertex from the mean of all: unlike a bounding box, it turns with the mesh."""
+    return 2.0 * float(norm(mesh.points - mesh.points.mean(axis=0)).max())

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from testbed.conformance.meshes import octahedron
+from testbed.conformance.meshes import octahedron, torus
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.measures.interpolation import Interpolation
+from testbed.measures.interpolation import Interpolation, vertex_forms
 from testbed.plugins.measure import Value, measure_all
 from testbed.registry import scheme
 
@@ -47,8 +47,36 @@ def test_columns_are_left_out_where_there_is_no_such_number() -> None:
     mesh = octahedron()
     assert not {"vertex_normal_max_deg", "vertex_form_max"} & set(read(flat(mesh.without_normals())))
     assert "vertex_form_max" not in read(flat(mesh.without_second_forms()))
-    assert "vertex_form_max" not in read(scheme("nielson").fit(mesh))
-    assert "vertex_normal_max_deg" in read(scheme("nielson").fit(mesh))
+    assert "vertex_normal_max_deg" in read(flat(mesh.without_second_forms()))
+
+
+@pytest.mark.parametrize("mesh", [octahedron(), torus(8, 5, 3)], ids=["octahedron", "torus"])
+def test_blended_patches_are_judged_by_the_limits_at_their_corners(mesh: HermiteMesh) -> None:
+    assert float(read(scheme("hagen-pottmann").fit(mesh))["vertex_form_max"]) < 1e-8
+    # no two directions agree there, and most are far from the data
+    assert float(read(scheme("nielson").fit(mesh))["vertex_form_max"]) > 0.1
+    assert float(read(scheme("triangular-gregory").fit(mesh))["vertex_form_max"]) > 0.1
+
+
+def test_the_form_of_one_moved_patch_is_found_with_its_vertex() -> None:
+    mesh = torus(8, 5, 3)
+    assert mesh.second_forms is not None
+    forms = mesh.second_forms.copy()
+    forms[7] *= 1.01
+    surface = scheme("hagen-pottmann").fit(mesh)
+    moved = Surface(HermiteMesh(mesh.points, mesh.faces, mesh.normals, forms), surface.parts)
+    row = read(moved)
+    assert row["vertex_form_vertex"] == 7
+    assert row["vertex_form_max"] == pytest.approx(0.01 * np.abs(mesh.second_forms[7]).max(), rel=1e-6)
+
+
+def test_blended_patches_are_looked_at_evenly_and_no_more_than_asked_for() -> None:
+    surface = scheme("hagen-pottmann").fit(torus(8, 5, 3))
+    ((forms, vertex),) = vertex_forms(surface, 10)
+    assert forms.shape == (30, 3, 3, 3)
+    assert len(vertex) == 30
+    faces = np.linspace(0, 79, 10, dtype=np.int64)
+    np.testing.assert_array_equal(vertex.reshape(10, 3), surface.mesh.faces[faces])
 
 
 def test_nan_is_never_a_pass() -> None:

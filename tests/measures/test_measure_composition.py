@@ -31,6 +31,9 @@ CONTRACT = (
     "mean_max",
     "epsilon_deg",
     "gap_max",
+    "curvature_jump_max",
+    "curvature_jump_face",
+    "curvature_jump_bary",
     "gauss_min_face",
     "gauss_min_bary",
     "gauss_max_face",
@@ -152,12 +155,13 @@ def test_measures_move_and_scale_with_the_surface(scale: float) -> None:
         "mean_max": -1,
         "normal_max_deg": 0,
         "epsilon_deg": 0,
+        "curvature_jump_max": 0,
     }
     for name, exponent in power.items():
         value = before[name]
         assert isinstance(value, float)
         assert after[name] == pytest.approx(value * scale**exponent, rel=1e-9), name
-    for name in ("gauss_max_face", "epsilon_face", "distance_max_face", "gap_face"):
+    for name in ("gauss_max_face", "epsilon_face", "distance_max_face", "gap_face", "curvature_jump_face"):
         assert after[name] == before[name]
 
 
