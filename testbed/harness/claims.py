@@ -12,6 +12,10 @@ if TYPE_CHECKING:
 
 #: Degrees between normals at an edge that count as none.
 SMOOTH_DEG: Final = 1e-8
+#: Difference of the second fundamental forms of neighbours at an edge, relative to them, that counts as none; and of
+#: those of blended patches from the data, relative to the inverse of the diameter: second derivatives of blends lose up
+#: to half of their digits near corners.
+CURVED: Final = 1e-6
 #: Distance between neighbours at an edge that counts as none, relative to the diameter of the mesh.
 CLOSED: Final = 1e-12
 #: Distance to the exact surface, relative to the same, and angle to its normals in degrees, that count as reproduction.
@@ -134,7 +138,12 @@ def _continuity(scheme: PlannedScheme, dataset: PlannedDataset, own: "pd.DataFra
         return verdict("missed", epsilon, f"epsilon_deg {epsilon:.3g} on {_worst(ok, 'epsilon_deg')}{partly}")
     if scheme.continuity == "G1":
         return verdict("met", epsilon, f"epsilon_deg {epsilon:.3g}, gap_max {gap:.3g}{partly}")
-    return verdict("not testable", epsilon, f"G1 is met, and no measure reads off more than that{partly}")
+    if scheme.continuity != "G2" or "curvature_jump_max" not in ok:
+        return verdict("not testable", epsilon, f"G1 is met, and no measure reads off more than that{partly}")
+    jump = float(ok["curvature_jump_max"].max(skipna=False))
+    if not jump <= CURVED:
+        return verdict("missed", jump, f"curvature_jump_max {jump:.3g} on {_worst(ok, 'curvature_jump_max')}{partly}")
+    return verdict("met", jump, f"curvature_jump_max {jump:.3g}, epsilon_deg {epsilon:.3g}{partly}")
 
 
 def _reproduction(scheme: PlannedScheme, dataset: PlannedDataset, shape: str, own: "pd.DataFrame") -> Verdict | None:
@@ -174,6 +183,8 @@ def _interpolation(scheme: PlannedScheme, dataset: PlannedDataset, data: str, ow
     # distances are relative to the mesh, curvatures to its inverse
     power = {"POINTS": -1, "NORMALS": 0, "SECOND_FORMS": 1}[data]
     error = float((ok[column] * ok["diameter"] ** power).max())
+    if data == "SECOND_FORMS" and "curvature_corner_margin" in ok and (ok["curvature_corner_margin"] > 0.0).any():
+        bound = CURVED  # limits of blended patches, extrapolated
     left_out = f" (without {int(departed.sum())} levels with fallbacks)" if departed.any() else ""
     return verdict(
         "met" if error <= bound else "missed",

@@ -123,6 +123,24 @@ def test_continuity(continuity: str, gap: float, epsilon: float, verdict: str) -
     assert judged(table(grid(continuity), one, epsilon_deg=1e-12), f"continuity {continuity}") == [verdict]
 
 
+@pytest.mark.parametrize(
+    ("continuity", "epsilon", "jump", "verdict"),
+    [
+        ("G2", 1e-9, 1e-7, "met"),
+        ("G2", 1e-9, 1e-5, "missed"),
+        ("G2", 1e-9, nan, "missed"),
+        ("G2", 1e-7, 1e-7, "missed"),
+        ("G1", 1e-9, 1e-7, "met"),  # meshes with mirrors join schemes of all kinds with no curvature jump
+        ("C1", 1e-9, 1e-7, "not testable"),
+    ],
+)
+def test_curvature_continuity(continuity: str, epsilon: float, jump: float, verdict: str) -> None:
+    plan = grid(continuity)
+    plan = replace(plan, measures=(PlannedMeasure("m", "M", (*COLUMNS, Column("curvature_jump_max", "")), ""),))
+    one = {2: ok(2, epsilon_deg=epsilon, curvature_jump_max=jump)}
+    assert judged(table(plan, one, curvature_jump_max=1e-12), f"continuity {continuity}") == [verdict]
+
+
 def test_a_claim_is_judged_on_the_cells_that_are_ok_and_says_which_are_not() -> None:
     claims = table(grid(), {0: Outcome("failed", "bad")}).claims.set_index("claim")
     assert claims.loc["continuity G1", "verdict"] == "met"
