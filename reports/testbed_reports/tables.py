@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Literal
 
-from testbed.harness.claims import SMOOTH_DEG
+from testbed.harness.claims import CURVED, SMOOTH_DEG
 from testbed.harness.plan import PlannedDataset
 from testbed.measures.convergence import FLOOR
 from testbed_reports.formatting import Entry, entry, shorten
@@ -49,6 +49,7 @@ KNOWN: Final = (
     Quantity("mean_min", "mean curvature", "min", "spread"),
     Quantity("mean_max", "mean curvature", "max", "spread"),
     Quantity("epsilon_deg", "", "normal jump ε (°)", "least"),
+    Quantity("curvature_jump_max", "", "curvature jump", "least"),
     Quantity("gap_max", "", "gap"),
 )
 LAST: Final = (
@@ -187,6 +188,8 @@ def _floor(row: Row, column: str) -> float:
     """Values up to this are as good as zero: rounding, or a normal jump that counts as none."""
     if column == "epsilon_deg":
         return SMOOTH_DEG
+    if column == "curvature_jump_max":
+        return CURVED
     if column.endswith("_deg"):
         return FLOOR * 180.0
     return FLOOR * float(row["diameter"] or 0.0) if column.startswith("distance") else 0.0
