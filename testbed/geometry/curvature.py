@@ -101,3 +101,14 @@ def second_form_matrix(jet: Jet) -> Float:
     along_a, along_b = L * a + M * b, M * a + N * b
     W: Float = a[..., :, None] * along_a[..., None, :] + b[..., :, None] * along_b[..., None, :]
     return 0.5 * (W + W.swapaxes(-1, -2))
+
+
+def invariants(W: Float) -> tuple[Float, Float]:
+    """Gaussian curvature and mean of the principal curvatures, (...) each, of second fundamental forms (..., 3, 3).
+
+    W has the principal curvatures and 0 as eigenvalues: H is half its trace, and K the sum of its principal minors.
+    """
+    trace = np.trace(W, axis1=-2, axis2=-1)
+    minors = (W[..., i, i] * W[..., j, j] - W[..., i, j] * W[..., j, i] for i, j in ((0, 1), (1, 2), (2, 0)))
+    gauss: Float = sum(minors, start=np.zeros(W.shape[:-2]))
+    return gauss, 0.5 * trace

@@ -1,6 +1,5 @@
 """Distance and normal deviation from the exact surface, by projection onto it."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,6 +9,7 @@ import numpy as np
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.vectors import Float, Int, angle_between, norm
 from testbed.measures.extremum import maxima
+from testbed.measures.feet import exact_sum, feet, projected
 from testbed.measures.sampling import chunks, sample
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
@@ -51,7 +51,10 @@ class Distance(Measure):
             return {}
         surface, exact = survey.surface, survey.exact
         samples = survey.shared(sample, self.budget)
-        sampled = [_sampled_deviations(exact, one.points, one.normals) for one in samples]
+        sampled = [
+            _sampled_deviations(exact, foot, one.points, one.normals)
+            for one, foot in zip(samples, survey.shared(feet, self.budget), strict=True)
+        ]
 
         def quantities(part: int, patches: Int, at: Float) -> Float:
             jet = surface.parts[part].batch.take(patches).jets(at, 1)
@@ -84,27 +87,19 @@ class Distance(Measure):
 
 def deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
     """Distances and normal angles (2, ...) in radians of points (..., 3) with unit normals (..., 3)."""
-    flat = points.reshape(-1, 3)
-    # a point that is not finite has no foot, whatever the exact surface makes of it
-    known = np.isfinite(flat).all(axis=-1)
-    foot, normal = np.full((2, *flat.shape), np.nan)
-    foot[known] = exact.closest(flat[known])
-    found = np.isfinite(foot).all(axis=-1)
-    normal[found] = exact.normal(foot[found])
-    between = angle_between(normals, normal.reshape(points.shape))
-    return np.stack([norm(points - foot.reshape(points.shape)), between])
+    return _from_feet(exact, projected(exact, points), points, normals)
 
 
-def _sampled_deviations(exact: ExactSurface, points: Float, normals: Float) -> Float:
+def _from_feet(exact: ExactSurface, foot: Float, points: Float, normals: Float) -> Float:
+    """Distances from the feet (..., 3), and angles to the normals there, (2, ...)."""
+    normal = np.full((foot.size // 3, 3), np.nan)
+    found = np.isfinite(foot).all(axis=-1).ravel()
+    normal[found] = exact.normal(foot.reshape(-1, 3)[found])
+    return np.stack([norm(points - foot), angle_between(normals, normal.reshape(points.shape))])
+
+
+def _sampled_deviations(exact: ExactSurface, foot: Float, points: Float, normals: Float) -> Float:
     result = np.empty((2, *points.shape[:2]))
     for some in chunks(*points.shape[:2]):
-        result[:, some] = deviations(exact, points[some], normals[some])
+        result[:, some] = _from_feet(exact, foot[some], points[some], normals[some])
     return result
-
-
-def exact_sum(terms: list[float]) -> float:
-    """Sum rounded once, which does not depend on the order; not finite where the terms or the sum are not."""
-    try:
-        return math.fsum(terms)
-    except (OverflowError, ValueError):  # beyond the range of floats, or infinities of both signs
-        return float(np.sum(terms))

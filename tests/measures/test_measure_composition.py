@@ -78,7 +78,8 @@ def test_without_an_exact_surface_its_columns_are_missing_and_the_rest_is_the_sa
 
 def test_what_converges_is_an_error() -> None:
     converging = {column.name for one in registry.measures() for column in one.columns if column.converges}
-    assert converging == {"distance_max", "distance_rms", "normal_max_deg", "epsilon_deg"}
+    errors = {f"{name}_error_{kind}" for name in ("gauss", "mean") for kind in ("max", "rms")}
+    assert converging == {"distance_max", "distance_rms", "normal_max_deg", "epsilon_deg"} | errors
 
 
 def test_fallbacks_are_counted_and_named() -> None:
