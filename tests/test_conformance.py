@@ -50,7 +50,8 @@ def test_a_scheme_on_a_network_keeps_its_claims_on_every_boundary_curve(spec: st
 @pytest.mark.parametrize("spec", catalogue(Scheme))  # type: ignore[type-abstract]
 def test_every_registered_scheme_accepts_most_of_the_meshes(spec: str) -> None:
     found = subject(spec)
-    assert len(found.accepted) > len(found.refused), found.refused
+    least = 1 if found.scheme.restricted else len(found.refused) + 1
+    assert len(found.accepted) >= least, found.refused
 
 
 @dataclass(frozen=True)

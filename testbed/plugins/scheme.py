@@ -73,6 +73,8 @@ class Scheme(Plugin):
     support
         Rings of neighbouring faces whose data a face's surface depends on (claim): 0 when its own vertices decide, None
         when the whole mesh does.
+    restricted
+        Takes special data only, and says so: most meshes are refused.
     bounds
         Ranges (low, high) of its free real parameters within which a search for better values makes sense.
     """
@@ -84,6 +86,7 @@ class Scheme(Plugin):
     order: ClassVar[float | None]
     reproduces: ClassVar[tuple[Shape, ...]]
     support: ClassVar[int | None] = 0
+    restricted: ClassVar[bool] = False
     bounds: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
     required: ClassVar[tuple[str, ...]] = (
         *Plugin.required,
