@@ -125,7 +125,7 @@ class CubicJoin:
         return bend
 
     def right_sides(self) -> tuple[Float, Float]:
-        """Right sides r, s, (..., 3), of 2 b_0 f_1 + 2 c_0 g_1 = r, 2 b_1 f_1 + 2 c_1 g_1 = s; f_1, g_1 are from H_1."""
+        """Right sides r, s, (..., 3), of 2 b_0 f_1 + 2 c_0 g_1 = r, 2 b_1 f_1 + 2 c_1 g_1 = s; f_1, g_1 from H_1."""
         (a0, a1), (b0, b1) = ([value[..., None] for value in pair] for pair in (self.a, self.b))
         v0, v1, v2 = (self.curve[..., r + 1, :] - self.curve[..., r, :] for r in range(3))
         r = 2.0 * a0 * v1 + a1 * v0 - b1 * self.f[0] - (1.0 - b1) * self.g[0]
