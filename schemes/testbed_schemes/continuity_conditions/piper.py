@@ -25,7 +25,7 @@ quartics, it holds from the start.
 import numpy as np
 
 from testbed.geometry.bernstein import multiply_curves
-from testbed.geometry.vectors import Bool, Float, cross, dot
+from testbed.geometry.vectors import Bool, Float, cross, dot, norm
 
 #: e, f, g, h count as constant if they change by no more than this from end to end: what the t^4 coefficient then
 #: misses is as much smaller than the points' displacements, far below the rounding of normals.
@@ -47,7 +47,8 @@ def end_values(boundary: Float, row: Float, other: Float) -> tuple[Float, Float,
     Returns
     -------
     e, f, g, h
-        NaN where the boundary has no end tangent, or F_0 - G_0 is parallel to it, or the like at the end.
+        NaN where the boundary has no end tangent, or F_0 = G_0, or the like at the end; of any size where F_0 - G_0 is
+        parallel to the tangent but for rounding.
     """
     with np.errstate(invalid="ignore", divide="ignore"):  # no plane: NaN
         beside0, row0, other0 = _towards_next(boundary[..., :2, :], row[..., 0, :], other[..., 0, :])
@@ -59,11 +60,13 @@ def end_values(boundary: Float, row: Float, other: Float) -> tuple[Float, Float,
 def _towards_next(tangent: Float, row: Float, other: Float) -> tuple[Float, Float, Float]:
     """Factors x, g, h, (...) each, with x v + g a + h b = 0 and g + h = 1; v, a, b from the end to its neighbours."""
     v, a, b = (point - tangent[..., 0, :] for point in (tangent[..., 1, :], row, other))
+    length = norm(v)[..., None]
+    v, a, b = v / length, a / length, b / length  # so that fourth powers stay within the range of floats
     across_row, across_other = cross(v, a), cross(v, b)
     plane = across_row - across_other
     square = dot(plane, plane)
     g, h = -dot(plane, across_other) / square, dot(plane, across_row) / square
-    return -(g * dot(v, a) + h * dot(v, b)) / dot(v, v), g, h
+    return -(g * dot(v, a) + h * dot(v, b)), g, h
 
 
 def residual(boundary: Float, row: Float, other: Float) -> Float:
@@ -130,7 +133,17 @@ def _difference(points: Float, order: int) -> Float:
 
 
 def _least_norm(equations: Float, values: Float) -> Float:
-    """Least-norm solutions (..., 5, 3) of equations (..., 3, 5) with right sides (..., 3, 3); NaN if those are NaN."""
-    known = np.asarray(np.isfinite(equations).all(axis=(-1, -2)))[..., None, None]
-    inverse = np.linalg.pinv(np.where(known, equations, 0.0), rcond=CONSTANT)
-    return np.where(known, np.einsum("...ij,...jk->...ik", inverse, values), np.nan)
+    """Least-norm solutions (..., 5, 3) of independent equations (..., 3, 5), void ones zero, right sides (..., 3, 3).
+
+    By orthogonal rows (Gram and Schmidt), which keeps the digits that the normal equations would square away.
+    """
+    orthonormal: list[tuple[Float, Float]] = []
+    for place in range(equations.shape[-2]):
+        row, value = equations[..., place, :], values[..., place, :]
+        for earlier, known in orthonormal:
+            along = dot(row, earlier)[..., None]
+            row, value = row - along * earlier, value - along * known
+        length = norm(row)[..., None]
+        length = np.where(length == 0.0, 1.0, length)
+        orthonormal.append((row / length, value / length))
+    return np.asarray(sum(row[..., :, None] * value[..., None, :] for row, value in orthonormal))
