@@ -5,8 +5,8 @@ both normals at its ends, c is the shortest. It lies in the span of the normals,
 (V_i + V_j - c) / 2 is the point of both tangent planes nearest the midpoint of the edge.
 
 Matches position and normal at the corners wherever such curves exist; a boundary curve depends on the data at its two
-ends only, so the surface is C0. Parallel normals that are not perpendicular to the edge have no such curve: there c = 0,
-as published; the edge is straight and misses the normals, and the notes count such edges. Formulas: as printed;
+ends only, so the surface is C0. Parallel normals that are not perpendicular to the edge have no such curve: there
+c = 0, as published; the edge is straight and misses the normals, and the notes count such edges. Formulas: as printed;
 **fill**: how nearly parallel is parallel, and the refusal of corners that fold.
 """
 
@@ -50,7 +50,7 @@ class Nagata(Scheme):
         "Quadratic Bezier triangle; middle points (V_i + V_j - c) / 2, c = [N_i N_j] [[1, a], [a, 1]]^-1 "
         "(<N_i, d>, -<N_j, d>), a = <N_i, N_j>, d = V_j - V_i; c = 0 where the normals are parallel."
     )
-    status = "As printed. Fill: normals are parallel up to the sine `parallel`; data that fold a corner of a face are refused."
+    status = "As printed. Fill: normals are parallel up to the sine `parallel`; data that fold a corner are refused."
     failures = (
         "Edges that bend both ways: parallel normals leave them straight and miss the normals there (26 degrees on a "
         "step with slope 1/2), nearly parallel ones send them far aside, until a corner folds and the data are refused."

@@ -90,7 +90,7 @@ def test_parallel_normals_on_a_plane_are_no_fallback() -> None:
 
 def test_nearly_parallel_normals_fold_and_are_refused_and_a_larger_threshold_takes_them() -> None:
     mesh = step(0.5, 0.02)
-    with pytest.raises(Refused, match="vertex [01] of face 0"):
+    with pytest.raises(Refused, match=r"vertex [01] of face 0"):
         Nagata().fit(mesh)
     assert dict(Nagata(parallel=0.1).fit(mesh).notes) == {"edges left straight": 1}
 

@@ -1,0 +1,217 @@
+"""The butterfly and the modified butterfly: stencils, polynomials reproduced, smoothness of the limit, boundaries."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from testbed import registry
+from testbed.errors import Refused, SpecError
+from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.surface import Surface
+from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.plugins.scheme import Scheme
+from testbed_schemes import butterfly, modified_butterfly
+from testbed_schemes.butterfly import Butterfly
+from testbed_schemes.modified_butterfly import ModifiedButterfly
+from testbed_schemes.triangle_subdivision import Triangulation, triangulation
+
+BOTH = [Butterfly, ModifiedButterfly]
+
+
+def vertices_of(surface: Surface) -> Float:
+    return np.asarray(surface.batches[0].control_points.reshape(-1, 3))  # type: ignore[attr-defined]
+
+
+def lattice(columns: int, rows: int) -> tuple[Float, Int]:
+    """Abscissae (V, 2) and faces of a parallelogram of equilateral triangles with sides of length one."""
+    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij"))
+    places = np.stack([i + 0.5 * j, np.sqrt(0.75) * j], axis=-1)
+    a, b = (axis.ravel() for axis in np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij"))
+    corner = a * (rows + 1) + b
+    right, up = corner + rows + 1, corner + 1
+    lower, upper = np.stack([corner, right, up], axis=-1), np.stack([right, right + 1, up], axis=-1)
+    return places, np.concatenate([lower, upper])
+
+
+def wheel(spokes: int, rings: int = 3) -> HermiteMesh:
+    """A vertex with so many spokes, regular vertices around it, lifted to a saddle-like graph without symmetry."""
+    points, ids = [np.zeros(2)], {(0, 0): 0}
+    for ring in range(1, rings + 1):
+        for sector in range(spokes):
+            for step in range(ring):
+                turn = 2.0 * np.pi * (sector + step / ring) / spokes
+                ids[(ring, sector * ring + step)] = len(points)
+                points.append(ring * np.array([np.cos(turn), np.sin(turn)]))
+    faces = []
+    for ring in range(rings):
+        for sector in range(spokes):
+            for step in range(ring + 1):
+                outer = sector * (ring + 1) + step
+                after = (outer + 1) % (spokes * (ring + 1))
+                inner = (sector * ring + step) % (spokes * ring) if ring else 0
+                before = (sector * ring + step - 1) % (spokes * ring) if ring else 0
+                faces.append([ids[(ring, inner)], ids[(ring + 1, outer)], ids[(ring + 1, after)]])
+                if step:
+                    faces.append([ids[(ring, inner)], ids[(ring, before)], ids[(ring + 1, outer)]])
+    x, y = np.array(points).T
+    height = 0.11 * x * y + 0.07 * x**2 - 0.04 * y**2 + 0.02 * x**3 - 0.3 * np.cos(x + 0.3 * y)
+    return HermiteMesh(np.stack([x, y, height], axis=-1), faces)
+
+
+@pytest.mark.parametrize(("scheme", "radius"), [(Butterfly(5), 0.8323), (ModifiedButterfly(5), 0.8310)])
+def test_the_octahedron_after_five_steps(scheme: Scheme, radius: float) -> None:
+    surface = scheme.fit(registry.dataset("octahedron").mesh(0))
+    assert surface.patch_count == 8 * 4**5
+    assert norm(vertices_of(surface)).min() == pytest.approx(radius, abs=5e-5)
+    assert norm(vertices_of(surface)).max() == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("kind", BOTH)
+def test_new_vertices_have_new_ids_and_old_ones_keep_place_and_id(kind: type[Butterfly | ModifiedButterfly]) -> None:
+    mesh = registry.dataset("graph").mesh(0)
+    surface = kind(2).fit(mesh)
+    (part,) = surface.parts
+    corners = part.batch.control_points  # type: ignore[attr-defined]
+    old = part.corner_ids < len(mesh.points)
+    assert np.array_equal(corners[old], mesh.points[part.corner_ids[old]])
+    assert set(part.corner_ids[old].tolist()) == set(range(len(mesh.points)))
+    assert (np.bincount(part.faces) == 16).all()
+
+
+def test_the_stencil_is_the_published_one() -> None:
+    places, triangles = lattice(4, 4)
+    faces = Triangulation(triangles, len(places))
+    # an edge in the middle, and the weights that each vertex has in its new vertex
+    edge = int(np.nonzero((faces.edges == [12, 17]).all(axis=1))[0][0])
+    for rule, w in ((lambda p: butterfly.edge_vertices(faces, p, 0.03), 0.03), (modified_rule(faces), 1.0 / 16.0)):
+        weights = np.array([rule(unit_vector(vertex, len(places)))[edge, 0] for vertex in range(len(places))])
+        far = norm3(places - places[[12, 17]].mean(axis=0))
+        expected = np.select(
+            [np.isclose(far, 0.5), np.isclose(far, np.sqrt(0.75)), np.isclose(far, np.sqrt(1.75))], [0.5, 2.0 * w, -w]
+        )
+        assert np.allclose(weights, expected, atol=1e-15)
+        assert (expected < 0.0).sum() == 4
+
+
+def modified_rule(faces: Triangulation) -> Callable[[Float], Float]:
+    return lambda points: modified_butterfly.edge_vertices(faces, points)
+
+
+def unit_vector(vertex: int, count: int) -> Float:
+    points = np.zeros((count, 3))
+    points[vertex] = 1.0
+    return points
+
+
+def norm3(vectors: Float) -> Float:
+    return np.asarray(np.hypot(vectors[:, 0], vectors[:, 1]))
+
+
+@pytest.mark.parametrize("modified", [False, True])
+def test_cubics_are_reproduced_inside_regular_triangulations(modified: bool) -> None:
+    places, triangles = lattice(8, 8)
+    x, y = places.T
+    cubic = lambda x, y: 0.3 * x**3 - 0.2 * x**2 * y + 0.1 * x * y**2 - 0.25 * y**3 + x * y - 2.0 * x + 1.0  # noqa: E731
+    faces = Triangulation(triangles, len(places))
+    points = np.stack([x, y, cubic(x, y)], axis=-1)
+    new = modified_rule(faces)(points) if modified else butterfly.edge_vertices(faces, points, 1.0 / 16.0)
+    # away from the boundary
+    inner = (~faces.on_boundary[faces.edges]).all(axis=1)
+    assert np.abs(cubic(new[inner, 0], new[inner, 1]) - new[inner, 2]).max() < 1e-12
+
+
+@pytest.mark.parametrize("modified", [False, True])
+@pytest.mark.parametrize("shape", [(4, 4), (5, 1), (2, 2)])
+def test_regular_boundaries_keep_linear_functions(modified: bool, shape: tuple[int, int]) -> None:
+    places, triangles = lattice(*shape)
+    faces = Triangulation(triangles, len(places))
+    points = np.concatenate([places, places @ np.array([[0.7], [-0.4]])], axis=1)
+    new = modified_rule(faces)(points) if modified else butterfly.edge_vertices(faces, points, 1.0 / 16.0)
+    # the four-point rule turns the corners; vertices of the boundary with three faces, and those inside, are regular
+    regular = (faces.face_count == np.where(faces.on_boundary, 3, 6))[faces.edges].all(axis=1)
+    near_corner = np.zeros(len(regular), dtype=bool)
+    bounding = faces.twin[faces.half_edge] < 0
+    straight = faces.face_count == np.where(faces.on_boundary, 3, 6)
+    half_edge = faces.half_edge[bounding]
+    near_corner[bounding] = ~(straight[faces.start[half_edge]] & straight[faces.end[half_edge]])
+    chosen = regular & ~near_corner
+    assert chosen.any()
+    assert norm(new[chosen] - points[faces.edges[chosen]].mean(axis=1)).max() < 1e-14
+
+
+def test_the_rule_at_a_corner_is_linear_too() -> None:
+    places, triangles = lattice(3, 3)
+    faces = Triangulation(triangles, len(places))
+    points = np.concatenate([places, places @ np.array([[0.7], [-0.4]])], axis=1)
+    # the edge that cuts off the corner 0: between vertices 1 and 4, both with three faces
+    edge = int(np.nonzero((faces.edges == [1, 4]).all(axis=1))[0][0])
+    assert norm(modified_rule(faces)(points)[edge] - points[[1, 4]].mean(axis=0)) < 1e-14
+
+
+@pytest.mark.parametrize("faces", range(2, 9))
+def test_boundary_weights_sum_to_one_keep_planes_and_read_the_same_from_both_ends(faces: int) -> None:
+    own, ring = modified_butterfly.boundary_weights(faces)
+    angle = np.pi * np.arange(faces + 1) / faces
+    inner = slice(1, faces)
+    assert np.allclose((own + ring.sum(axis=1))[inner], 1.0, atol=1e-14)
+    assert np.allclose((ring @ np.cos(angle))[inner], 0.5 * np.cos(angle[inner]), atol=1e-14)
+    assert np.allclose((ring @ np.sin(angle))[inner], 0.5 * np.sin(angle[inner]), atol=1e-14)
+    assert np.allclose(ring[inner], ring[::-1, ::-1][inner], atol=1e-14)
+
+
+@pytest.mark.parametrize("valence", range(3, 13))
+def test_inner_weights_sum_to_a_quarter_and_keep_planes(valence: int) -> None:
+    weights = modified_butterfly.inner_weights(valence)
+    turn = 2.0 * np.pi * np.arange(valence) / valence
+    assert weights.sum() == pytest.approx(0.25, abs=1e-15)
+    assert weights @ np.cos(turn) == pytest.approx(0.5, abs=1e-15)
+    assert weights @ np.sin(turn) == pytest.approx(0.0, abs=1e-15)
+
+
+def turns_at_the_hub(kind: type[Butterfly | ModifiedButterfly], spokes: int) -> Float:
+    """Largest angle in degrees between facets at the hub of a wheel, after 2 to 6 steps."""
+    mesh, result = wheel(spokes), []
+    for depth in range(2, 7):
+        (part,) = kind(depth).fit(mesh).parts
+        at_hub = (part.corner_ids == 0).any(axis=1)
+        normals = part.batch.take(np.flatnonzero(at_hub)).jets(np.full((1, 2), 1.0 / 3.0), 1).normal[:, 0]
+        result.append(np.degrees(angle_between(normals[:, None], normals[None])).max())
+    return np.array(result)
+
+
+@pytest.mark.parametrize("spokes", [3, 4, 5, 7, 8, 12])
+def test_the_limit_of_the_modified_butterfly_is_smooth_at_every_valence(spokes: int) -> None:
+    turns = turns_at_the_hub(ModifiedButterfly, spokes)
+    assert turns[-1] < 0.35 * turns[0]
+
+
+@pytest.mark.parametrize("spokes", [3, 10, 12])
+def test_the_limit_of_the_butterfly_is_not_smooth_at_low_and_high_valences(spokes: int) -> None:
+    turns = turns_at_the_hub(Butterfly, spokes)
+    assert turns[-1] > 0.8 * turns[0]
+
+
+@pytest.mark.parametrize("kind", BOTH)
+def test_facets_join_on_open_meshes_and_support_is_two_rings(kind: type[Butterfly | ModifiedButterfly]) -> None:
+    surface = kind(3).fit(registry.dataset("monkey-saddle").mesh(0))
+    inner = surface.edges[surface.edges.interior]
+    one, other = surface.edge_jets(inner, np.array([0.0, 0.4, 1.0]), 0)
+    assert norm(one.f - other.f).max() < 1e-15
+    assert [kind(depth).support for depth in range(4)] == [0, 1, 2, 2]
+
+
+@pytest.mark.parametrize("kind", BOTH)
+def test_depths_and_sizes_are_bounded(kind: type[Butterfly | ModifiedButterfly]) -> None:
+    with pytest.raises(SpecError, match="depth must be between 0 and 7"):
+        kind(8)
+    with pytest.raises(Refused, match="lower the depth"):
+        kind(7).fit(registry.dataset("torus").mesh(1))
+
+
+def test_faces_back_to_back_are_refused_by_the_modified_butterfly() -> None:
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    mesh = HermiteMesh(points, [[0, 1, 2], [0, 2, 1]])
+    assert (triangulation(mesh).face_count == 2).all()
+    with pytest.raises(Refused, match="vertex 0, where two faces lie back to back"):
+        ModifiedButterfly().fit(mesh)
