@@ -60,8 +60,8 @@ class Jensen(Scheme):
         "quartics where such fit, and C = 1."
     )
     failures = (
-        "Refused where normals fold the surface over, or are opposite as seen along their edge. With C = 1 the curvature "
-        "of large faces varies: Gaussian from 0.37 to 2.6 on the octahedron, data of the unit sphere."
+        "Refused where normals fold the surface over, or are opposite as seen along their edge. With C = 1 the "
+        "curvature of large faces varies: Gaussian from 0.37 to 2.6 on the octahedron, data of the unit sphere."
     )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
