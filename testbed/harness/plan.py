@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 from testbed import registry
 from testbed.errors import SpecError
 from testbed.harness import cell, sketches
-from testbed.harness.selection import UNKNOWN, LeftOut, affordable, curve_of, on_curves
+from testbed.harness.selection import UNKNOWN, LeftOut, affordable, curve_of, family_of, on_curves
 from testbed.harness.sources import Sources
 from testbed.harness.workers import Died, Returned, TimedOut, Workers
 from testbed.plugins.base import Plugin
@@ -72,6 +72,8 @@ class PlannedScheme:
         Hash of its source closure.
     boundary
         Text of the boundary curves it stands on, empty for its own.
+    family
+        Its text on its default boundary curves; empty where that is not known.
     """
 
     spec: str
@@ -83,6 +85,7 @@ class PlannedScheme:
     matches: tuple[str, ...]
     source: str
     boundary: str = ""
+    family: str = ""
 
 
 @dataclass(frozen=True)
@@ -284,6 +287,7 @@ def _planned_scheme(scheme: Scheme, sources: Sources) -> PlannedScheme:
         _names(scheme.matches),
         sources.content(scheme),
         curve_of(scheme),
+        family_of(scheme),
     )
 
 

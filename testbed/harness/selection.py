@@ -88,6 +88,15 @@ def curve_of(scheme: Scheme) -> str:
     return str(getattr(scheme, field)) if field else ""
 
 
+def family_of(scheme: Scheme) -> str:
+    """Return the text of a scheme on its default boundary curves, which is the same for all curves."""
+    field = curve_field(type(scheme))
+    if field is None:
+        return str(scheme)
+    default = next(one.default for one in dataclasses.fields(scheme) if one.name == field)
+    return str(dataclasses.replace(scheme, **{field: default}))
+
+
 def on_curves(schemes: Iterable[Scheme], curves: Iterable[BoundaryCurve]) -> list[Scheme]:
     """Return the schemes, each that takes a curve network followed by itself on the given boundary curves."""
     curves = tuple(curves)
