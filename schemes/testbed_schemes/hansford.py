@@ -12,11 +12,15 @@ sum_r B^3_r(t) F_r, join with a common tangent plane if they are linearly depend
     sum_r B^3_r F_r = a(t) L0(t) + b(t) L1(t) + k(t) ((1 - t) c0 + t c1),    c = (unit(n x tangent), 0),
 
 with quadratic a, b, k. Their end values are those of F_0 and F_3, the middle coefficients bring F_1 and F_2 nearest to
-the split patch. Inside, the four-dimensional patches join C1. Matches position and normal at the corners; boundaries
-are exact conics, circles on symmetric data. Edges without a conic are refused.
+the split patch. Inside, the four-dimensional patches join C1, about inner points N_i that are free: those of the split
+patch, or, much rounder, such as would belong to the second rows if these were of split cubics.
+
+Matches position and normal at the corners; boundaries are exact conics, circles on symmetric data. Edges without a
+conic are refused.
 """
 
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -34,12 +38,22 @@ from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, conormal
 from testbed_schemes.edge_conics import EdgeConics, edge_conics
 from testbed_schemes.planar_frame import PlanarFrame, curve_from_legs, planar_frame
-from testbed_schemes.split_domain import J, K, c1_ring, subdivided_cubics
+from testbed_schemes.split_domain import J, K, c1_ring, cubic_reproducing_inner, subdivided_cubics
+
+Inner: TypeAlias = Literal["fitted", "kept"]
 
 
 @dataclass(frozen=True)
 class Hansford(Scheme):
-    """Rational quartics over conics: the survey's sketch of Hansford's scheme, completed."""
+    """Rational quartics over conics: the survey's sketch of Hansford's scheme, completed.
+
+    Parameters
+    ----------
+    inner
+        The inner point of each patch: ``fitted`` to the second row that joins, or ``kept`` from the split patch.
+    """
+
+    inner: Inner = "fitted"
 
     name = "hansford"
     title = "Hansford (completed)"
@@ -50,9 +64,8 @@ class Hansford(Scheme):
     )
     status = "Fill: conics, weights and adjustment; the survey has the steps without formulas. Not the original."
     failures = (
-        "Refused on edges with an inflection or bent at one end only: most meshes of surfaces with negative curvature. "
-        "Circles on the edges do not make the patches round: K on the octahedron is 0.17 to 3.1, not better than with "
-        "polynomial quartics."
+        "Refused on edges with an inflection or bent at one end only: 8 of 120 of a coarse torus, some of every mesh of "
+        "a monkey saddle. Conics whose tangents meet near an end leave large curvatures (K to 200 on a coarse torus)."
     )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
@@ -72,7 +85,7 @@ class Hansford(Scheme):
             forward = mesh.face_edge_forward[faces][..., None, None]
             sides = control_points[mesh.face_edges[faces]]
             opposite = np.roll(np.where(forward, sides, sides[:, :, ::-1]), -1, axis=1)
-            return split_faces(opposite, normals[faces])
+            return split_faces(opposite, normals[faces], self.inner)
 
         net = in_blocks(nets, len(mesh.faces))
         check_weights(self, mesh, net)
@@ -116,7 +129,7 @@ def homogeneous(mesh: HermiteMesh, frame: PlanarFrame, conics: EdgeConics) -> Fl
     return np.concatenate([weights * points, weights], axis=-1)
 
 
-def split_faces(conics: Float, normals: Float) -> Float:
+def split_faces(conics: Float, normals: Float, inner: Inner) -> Float:
     """Return the nets of the three quartics of each face in homogeneous coordinates, (F, 3, 15, 4).
 
     Parameters
@@ -125,6 +138,8 @@ def split_faces(conics: Float, normals: Float) -> Float:
         (F, 3, 3, 4) conic opposite corner i, from corner i + 1 to corner i + 2, in homogeneous coordinates.
     normals
         (F, 3, 3) unit normals by corner.
+    inner
+        Which inner points; see :class:`Hansford`.
     """
     cubics = elevate_curve(conics)
     # the inner control point of a quadratic raised to degree 3
@@ -132,7 +147,10 @@ def split_faces(conics: Float, normals: Float) -> Float:
     candidate = elevate_triangle(subdivided_cubics(cubics, centre))
     row = candidate[:, :, [2, 4, 7, 11]]
     cross_points = joined_points(conics, row, normals[:, J], normals[:, K])
-    return c1_ring(elevate_curve(cubics), cross_points, candidate[:, :, 8]).nets()
+    boundary = elevate_curve(cubics)
+    if inner == "fitted":
+        return c1_ring(boundary, cross_points, cubic_reproducing_inner(boundary, cubics, cross_points)).nets()
+    return c1_ring(boundary, cross_points, candidate[:, :, 8]).nets()
 
 
 def joined_points(conic: Float, row: Float, start_normal: Float, end_normal: Float) -> tuple[Float, Float]:
