@@ -65,8 +65,8 @@ class Herron(Scheme):
     )
     failures = (
         "Curvature oscillates, and at the vertices depends on the direction: Gaussian curvature 0.42 to 2.91 on the "
-        "octahedron, where 1 is right, -22 to 12 on a torus of 80 faces, where -4 to 2 is. Refused: normals on different "
-        "sides of a face, conormals opposite to each other along an edge. Folds are possible for jensen_c below 1/2."
+        "octahedron, where 1 is right, -22 to 12 on a torus of 80 faces, where -4 to 2 is. Refused: normals on "
+        "different sides of a face, conormals opposite to each other along an edge. Folds may occur for jensen_c < 1/2."
     )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS

@@ -64,8 +64,8 @@ class TriangularGregory(Scheme):
     )
     failures = (
         "Curvature oscillates, and at the vertices depends on the direction: Gaussian curvature 0.38 to 2.71 on the "
-        "octahedron, where 1 is right, -21 to 12 on a torus of 80 faces, where -4 to 2 is. Refused: normals on different "
-        "sides of a face, conormals opposite to each other along an edge. Folds are possible for jensen_c below 1/2."
+        "octahedron, where 1 is right, -21 to 12 on a torus of 80 faces, where -4 to 2 is. Refused: normals on "
+        "different sides of a face, conormals opposite to each other along an edge. Folds may occur for jensen_c < 1/2."
     )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS

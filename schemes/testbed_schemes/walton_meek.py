@@ -46,8 +46,8 @@ class WaltonMeek(Scheme):
     )
     failures = (
         "Curvature oscillates, and at the vertices depends on the direction: Gaussian curvature 0.46 to 2.25 on the "
-        "octahedron, where 1 is right, -19 to 8 on a torus of 80 faces, where -4 to 2 is. Refused: normals on different "
-        "sides of a face, conormals opposite to each other along an edge, and what the curves refuse."
+        "octahedron, where 1 is right, -19 to 8 on a torus of 80 faces, where -4 to 2 is. Refused: normals on "
+        "different sides of a face, conormals opposite to each other along an edge, and what the curves refuse."
     )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
