@@ -206,7 +206,7 @@ def reproduce(
 
 
 @app.command(
-    epilog="[dim]Example:[/dim]  testbed sweep 'triangular-gregory[boundary=hermite]' --over jensen_c=0.9:1.4:26 -d octahedron"
+    epilog="[dim]Example:[/dim]  testbed sweep 'jensen[boundary=hermite]' --over jensen_c=0.9:1.4:26 -d octahedron"
 )
 def sweep(
     scheme: Studied,

@@ -170,7 +170,14 @@ def report_command(directory: Path, *, as_json: bool) -> int:
 
 
 def run_with_progress(
-    console: Console, planned: Plan, directory: Path, jobs: int | None, timeout: float, *, retry_failed: bool
+    console: Console,
+    planned: Plan,
+    directory: Path,
+    jobs: int | None,
+    timeout: float,
+    *,
+    retry_failed: bool,
+    tables: bool = True,
 ) -> RunSummary:
     """Run a plan with a progress bar, or with a line now and then where there is no terminal; failures are printed."""
     columns = (
@@ -212,6 +219,7 @@ def run_with_progress(
             retry_failed=retry_failed,
             progress=show,
             command=["testbed", *sys.argv[1:]],
+            tables=tables,
         )
 
 

@@ -1,7 +1,7 @@
 """The results of a plan as tables, free of presentation: cells, orders of convergence, verdicts on claims."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from math import nan
 from pathlib import Path
@@ -95,7 +95,7 @@ def tabulate(plan: Plan, outcomes: Mapping[str, Outcome], record: Mapping[str, A
     import pandas as pd
 
     done = [(cell, outcomes[cell.key]) for cell in plan.cells if cell.key in outcomes]
-    cells = _cells(plan, done)
+    cells = tabulate_cells(plan, done)
     orders = pd.DataFrame(list(_orders(plan, cells)), columns=list(ORDER_COLUMNS))
     judged = verdicts(plan, cells, orders)
     names = [field.name for field in fields(Verdict)]
@@ -123,7 +123,7 @@ def export(directory: Path, record: Mapping[str, Any], *, parquet: bool = False)
     parquet
         Write ``results.parquet`` too; needs pyarrow.
     """
-    write_whole(directory / "run.json", json.dumps(record, indent=1))
+    write_record(directory, record)
     results = read_results(directory)
     for name, table in (("results", results.cells), ("orders", results.orders), ("claims", results.claims)):
         # floats as repr, so that they read back to the last bit
@@ -131,6 +131,11 @@ def export(directory: Path, record: Mapping[str, Any], *, parquet: bool = False)
     if parquet:
         write_parquet(results, directory / "results.parquet")
     return results
+
+
+def write_record(directory: Path, record: Mapping[str, Any]) -> None:
+    """Write ``run.json``, whole or not at all."""
+    write_whole(directory / "run.json", json.dumps(record, indent=1))
 
 
 def write_parquet(results: Results, path: Path) -> None:
@@ -145,7 +150,8 @@ def write_parquet(results: Results, path: Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _cells(plan: Plan, done: list[tuple[Cell, Outcome]]) -> "pd.DataFrame":
+def tabulate_cells(plan: Plan, done: Sequence[tuple[Cell, Outcome]]) -> "pd.DataFrame":
+    """Return a row for each cell that is done, as :attr:`Results.cells`."""
     import pandas as pd
 
     data: dict[str, Any] = {

@@ -15,7 +15,7 @@ from testbed.errors import TestbedError
 from testbed.harness.cell import Outcome, SourceChanged, compute
 from testbed.harness.journal import Claim, Entry, Journal, write_whole
 from testbed.harness.plan import Cell, Plan
-from testbed.harness.results import export
+from testbed.harness.results import export, write_record
 from testbed.harness.selection import cell_weight
 from testbed.harness.workers import Died, Returned, TimedOut, Workers
 from testbed.harness.workers import Outcome as WorkerOutcome
@@ -123,6 +123,7 @@ def run(
     retry_failed: bool = False,
     progress: Callback | None = None,
     command: Sequence[str] = (),
+    tables: bool = True,
 ) -> RunSummary:
     """Compute a plan's cells into a directory, and export the results there.
 
@@ -146,6 +147,8 @@ def run(
         Called with how far the run is.
     command
         The command line, for ``run.json``.
+    tables
+        Whether to export ``results.csv``, ``orders.csv`` and ``claims.csv``; studies have tables of their own.
 
     Raises
     ------
@@ -181,7 +184,11 @@ def run(
     if not interrupted:
         cells = {"total": summary.total, "computed": summary.computed, "reused": summary.reused}
         times = {"started": _stamp(started), "finished": _stamp(time.time()), "seconds": round(seconds, 3)}
-        export(directory, {**record, **times, "cells": {**cells, "shared": summary.shared, **counts}})
+        record = {**record, **times, "cells": {**cells, "shared": summary.shared, **counts}}
+        if tables:
+            export(directory, record)
+        else:
+            write_record(directory, record)
     return summary
 
 
