@@ -33,8 +33,8 @@ from testbed_schemes.triangle_subdivision import (
     triangulation,
 )
 
-#: Most facets of a surface: some 400 MB.
-MOST = 2_000_000
+#: Most facets of a surface: measuring these takes some 4 GB.
+MOST = 1_000_000
 #: Deepest subdivision.
 DEEPEST = 7
 

@@ -108,11 +108,14 @@ def norm3(vectors: Float) -> Float:
     return np.asarray(np.hypot(vectors[:, 0], vectors[:, 1]))
 
 
+def cubic(x: Float, y: Float) -> Float:
+    return np.asarray(0.3 * x**3 - 0.2 * x**2 * y + 0.1 * x * y**2 - 0.25 * y**3 + x * y - 2.0 * x + 1.0)
+
+
 @pytest.mark.parametrize("modified", [False, True])
 def test_cubics_are_reproduced_inside_regular_triangulations(modified: bool) -> None:
     places, triangles = lattice(8, 8)
     x, y = places.T
-    cubic = lambda x, y: 0.3 * x**3 - 0.2 * x**2 * y + 0.1 * x * y**2 - 0.25 * y**3 + x * y - 2.0 * x + 1.0  # noqa: E731
     faces = Triangulation(triangles, len(places))
     points = np.stack([x, y, cubic(x, y)], axis=-1)
     new = modified_rule(faces)(points) if modified else butterfly.edge_vertices(faces, points, 1.0 / 16.0)
