@@ -64,8 +64,8 @@ class Hansford(Scheme):
     )
     status = "Fill: conics, weights and adjustment; the survey has the steps without formulas. Not the original."
     failures = (
-        "Refused on edges with an inflection or bent at one end only: 8 of 120 of a coarse torus, some of every mesh of "
-        "a monkey saddle. Conics whose tangents meet near an end leave large curvatures (K to 200 on a coarse torus)."
+        "Refused on edges with an inflection or bent at one end only: 8 of 120 of a coarse torus, some of every mesh "
+        "of a monkey saddle. Conics whose tangents meet near an end have large curvatures (K to 200 on a coarse torus)."
     )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
