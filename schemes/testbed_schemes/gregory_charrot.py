@@ -20,6 +20,7 @@ where P_i is wrong and vanish where it is right; these are Gregory and Charrot's
 """
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,7 @@ class GregoryCharrot(Scheme):
     continuity = Continuity.G1
     order = None
     reproduces = (Shape.PLANES,)
+    bounds = MappingProxyType({"jensen_c": (0.5, 2.0)})
 
     def __post_init__(self) -> None:
         """Check the shape parameter."""

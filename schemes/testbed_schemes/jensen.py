@@ -10,6 +10,7 @@ cubic where split cubics would fit; the thesis does not say how Jensen sets it, 
 """
 
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -68,6 +69,7 @@ class Jensen(Scheme):
     continuity = Continuity.G1
     order = None
     reproduces = (Shape.PLANES,)
+    bounds = MappingProxyType({"jensen_c": (0.5, 2.0)})
 
     def __post_init__(self) -> None:
         """Check the shape parameter."""

@@ -18,6 +18,7 @@ between N_j x X'(0) and N_k x X'(1). That g_n is perpendicular to X' is not said
 
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -76,6 +77,7 @@ class Nielson(Scheme):
     continuity = Continuity.G1
     order = None
     reproduces = (Shape.PLANES,)
+    bounds = MappingProxyType({"fullness": (0.3, 2.0)})
 
     def __post_init__(self) -> None:
         """Check the parameter."""

@@ -14,6 +14,7 @@ transfinite version takes any boundary curves with normals; the field for cubic 
 """
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,7 @@ class NielsonNetwork(Scheme):
     continuity = Continuity.G1
     order = None
     reproduces = (Shape.PLANES,)
+    bounds = MappingProxyType({"jensen_c": (0.5, 2.0)})
 
     def __post_init__(self) -> None:
         """Check the shape parameter."""

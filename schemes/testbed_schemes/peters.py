@@ -15,6 +15,7 @@ cubic edges on the boundary of the mesh: they have no other side, and take the c
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -89,6 +90,7 @@ class Peters(Scheme):
     continuity = Continuity.G1
     order = None
     reproduces = (Shape.PLANES,)
+    bounds = MappingProxyType({"jensen_c": (0.5, 2.0)})
     support = 1  # a cubic edge reads the faces on its two sides
 
     def __post_init__(self) -> None:

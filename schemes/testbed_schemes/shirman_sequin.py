@@ -10,6 +10,7 @@ beta_i = 2 / alpha_i2 is Mann 1994's name; the default alpha_i2 = 9/4 is beta = 
 """
 
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -60,6 +61,7 @@ class ShirmanSequin(Scheme):
     continuity = Continuity.G1
     order = None
     reproduces = (Shape.PLANES,)
+    bounds = MappingProxyType({"jensen_c": (0.5, 2.0), "alpha2": (1.0, 4.0)})
 
     def __post_init__(self) -> None:
         """Check the shape parameters."""
