@@ -45,7 +45,10 @@ def render(page: Page) -> str:
     # the only markup that is not in the template: our own stylesheet, and drawings that hold no text of others
     stylesheet = Markup(folder.joinpath("page.css").read_text("utf-8"))  # noqa: S704 - ours
     plots = [
-        [Markup(svg) for svg in draw(section.panels, f"plot-{number}")]  # noqa: S704 - numbers and our own labels
+        [
+            [Markup(svg) for svg in draw(drawing.panels, f"plot-{number}-{group}")]  # noqa: S704 - our own labels
+            for group, drawing in enumerate(section.drawings)
+        ]
         for number, section in enumerate(page.sections)
     ]
     text = template.render(page=page, stylesheet=stylesheet, plots=plots)

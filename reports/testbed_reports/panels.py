@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from testbed.harness.claims import SMOOTH_DEG
@@ -13,8 +13,11 @@ from testbed_reports.tables import CURVATURE_ROUNDING
 CONVERGING: Final = (
     ("distance_max", "Largest distance", "distance (length)"),
     ("normal_max_deg", "Largest normal error", "angle (degrees)"),
+    ("gauss_error_rms", "Error of Gaussian curvature, rms", "K (1/length²)"),
     ("epsilon_deg", "Largest normal jump ε", "angle (degrees)"),
 )
+#: Schemes drawn together; more are drawn in groups.
+TOGETHER: Final = 10
 #: More reference slopes than this hide the data.
 MOST_SLOPES: Final = 4
 
@@ -62,6 +65,8 @@ class Panel:
         Texts of the schemes that are zero on a level, which a logarithmic axis cannot show.
     rounding
         Differences up to this are rounding, and an axis that is not logarithmic does not resolve them.
+    band
+        Edge length, least and largest value over the schemes of all groups, a triple a level; empty for one group.
     """
 
     title: str
@@ -72,12 +77,100 @@ class Panel:
     smooth: float | None = None
     zeros: tuple[str, ...] = ()
     rounding: float = 0.0
+    band: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def lengths(self) -> tuple[float, ...]:
+        """Edge lengths that the axis covers, rising; the same for all groups."""
+        return tuple(sorted({h for line in self.lines for h in line.h} | {h for h, _, _ in self.band}))
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Values that the axis covers, rising; the same for all groups."""
+        own = [value for line in self.lines for value in line.values]
+        return tuple(sorted([*own, *(value for _, *ends in self.band for value in ends)]))
 
 
-def panels(grid: Grid, dataset: str) -> tuple[Panel, ...]:
-    """Return the plots of a dataset: convergence of what converges, and the extremes of the Gaussian curvature."""
-    found = [convergence(grid, dataset, *what) for what in CONVERGING]
-    return tuple(panel for panel in (*found, curvature(grid, dataset)) if panel.lines)
+@dataclass(frozen=True)
+class Group:
+    """Schemes that are drawn together.
+
+    Parameters
+    ----------
+    title
+        What they have in common; empty where there is one group.
+    positions
+        Their positions in the plan.
+    """
+
+    title: str
+    positions: tuple[int, ...]
+
+
+def groups(grid: Grid) -> tuple[Group, ...]:
+    """Return the groups that schemes are drawn in: by the joins they claim and whether they split faces.
+
+    Of a scheme on several boundary curves, only that on its default curves is drawn, unless few schemes are there.
+    """
+    everyone = tuple(range(len(grid.schemes)))
+    if len(everyone) <= TOGETHER:
+        return (Group("", everyone),)
+    families = {scheme.family for scheme in grid.plan.schemes}
+    drawn = [p for p in everyone if grid.schemes[p] in families or grid.plan.schemes[p].family not in grid.schemes]
+    split = _splits(grid)
+    kinds = {
+        "C0": [p for p in drawn if grid.plan.schemes[p].continuity == "C0"],
+        "continuous tangent planes, several patches a face": [
+            p for p in drawn if grid.plan.schemes[p].continuity != "C0" and p in split
+        ],
+        "continuous tangent planes, one patch a face": [
+            p for p in drawn if grid.plan.schemes[p].continuity != "C0" and p not in split
+        ],
+    }
+    found = []
+    for title, positions in kinds.items():
+        parts = -(-len(positions) // TOGETHER)
+        for part in range(parts):
+            number = f" ({part + 1} of {parts})" if parts > 1 else ""
+            found.append(Group(f"{title}{number}", tuple(positions[part::parts])))
+    return tuple(found)
+
+
+def _splits(grid: Grid) -> frozenset[int]:
+    """Positions of the schemes that have more patches than faces somewhere."""
+    positions = {scheme: position for position, scheme in enumerate(grid.schemes)}
+    return frozenset(
+        positions[scheme]
+        for (scheme, _, _), row in grid.cells.items()
+        if row["status"] == "ok" and row.get("patches") and row.get("faces") and row["patches"] > row["faces"]
+    )
+
+
+def panels(grid: Grid, dataset: str, group: Group | None = None) -> tuple[Panel, ...]:
+    """Return the plots of a dataset: convergence of what converges, and the extremes of the Gaussian curvature.
+
+    Those of a group have the axes of all schemes together, and their range as a band.
+    """
+    found = (*(convergence(grid, dataset, *what) for what in CONVERGING), curvature(grid, dataset))
+    if group is None or not group.title:
+        return tuple(panel for panel in found if panel.lines)
+    return tuple(_of_group(grid, panel, group) for panel in found if panel.lines)
+
+
+def _of_group(grid: Grid, panel: Panel, group: Group) -> Panel:
+    """Return a panel with the lines of a group, and all lines' range as its band."""
+    ranges: dict[float, list[float]] = {}
+    for line in panel.lines:
+        for h, value in zip(line.h, line.values, strict=True):
+            ranges.setdefault(h, []).append(value)
+    band = tuple((h, min(values), max(values)) for h, values in sorted(ranges.items()))
+    names = {grid.schemes[position] for position in group.positions}
+    return replace(
+        panel,
+        lines=tuple(line for line in panel.lines if line.position in group.positions),
+        zeros=tuple(name for name in panel.zeros if name in names),
+        band=band,
+    )
 
 
 def convergence(grid: Grid, dataset: str, column: str, title: str, label: str) -> Panel:

@@ -88,13 +88,16 @@ def _fill(axes: "Axes", panel: Panel) -> None:
     axes.yaxis.set_label_coords(-0.165, 0.5)  # the same on every plot, however long the numbers
     axes.grid(visible=True, color="#e4e4e4", linewidth=0.6)
     axes.set_axisbelow(True)
-    values = sorted(value for line in panel.lines for value in line.values)
-    _length_axis(axes, sorted({length for line in panel.lines for length in line.h}))
+    values = list(panel.values)
+    _length_axis(axes, list(panel.lengths))
     if panel.logarithmic:
         _power_axis(axes, max(values[0], LEAST * values[-1]), values[-1])
         _references(axes, panel)
     else:
         _signed_axis(axes, values, panel.rounding)
+    if panel.band:
+        lengths, least, most = zip(*panel.band, strict=True)
+        axes.fill_between(lengths, least, most, color="#e9e9e9", linewidth=0, zorder=0.6)
     for line in panel.lines:
         look = style(line.position)
         dashes = (0, (3.0, 1.5)) if line.dashed else "solid"
@@ -198,11 +201,10 @@ def _references(axes: "Axes", panel: Panel) -> None:
         above = math.log(ceiling / max(within, default=bottom)) > math.log(min(within, default=ceiling) / bottom)
         height, side = (ceiling / 1.5, "top") if above else (bottom * 1.2, "bottom")
         axes.text(left * 1.04, height, "counts as none", color="#555555", fontsize=7.5, va=side)
-    lengths = [length for line in panel.lines for length in line.h]
-    start, end = max(lengths), min(lengths)
+    end, *_, start = (*panel.lengths[:1], *panel.lengths)
     if end == start:
         return
-    anchor = max(value for line in panel.lines for value in line.values)
+    anchor = panel.values[-1]
     for slope in panel.slopes:
         # to the finest level, or as far down as the axis goes
         h = max(end, start * (bottom * (top / bottom) ** 0.05 / anchor) ** (1.0 / slope))

@@ -7,10 +7,12 @@ from typing import Any, Final
 
 from testbed.harness.plan import PlannedDataset
 from testbed.harness.results import Results
+from testbed_reports.findings import Findings, findings
 from testbed_reports.formatting import Entry, counted, seconds
 from testbed_reports.grid import Grid, is_ok
 from testbed_reports.orders import OrderRow, every_order, order_entry
-from testbed_reports.panels import Panel, panels
+from testbed_reports.panels import Panel, groups, panels
+from testbed_reports.ranking import Ranking, ranking
 from testbed_reports.styles import Style, style
 from testbed_reports.summary import CONTESTS, Contest, contests, sentences
 from testbed_reports.tables import (
@@ -37,6 +39,15 @@ class OverviewCell:
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """Plots of a group of schemes on a dataset: the group's title, positions and texts of its schemes, the plots."""
+
+    title: str
+    schemes: tuple[tuple[int, str], ...]
+    panels: tuple[Panel, ...]
+
+
+@dataclass(frozen=True)
 class Section:
     """A dataset.
 
@@ -48,8 +59,8 @@ class Section:
         Whether its meshes are, in words.
     remark
         What the reader has to know about its numbers; may be empty.
-    panels
-        Its plots.
+    drawings
+        Its plots, by groups of schemes.
     level, size
         The level that schemes are compared at and its size in words, or None and nothing.
     constant
@@ -63,7 +74,7 @@ class Section:
     dataset: PlannedDataset
     closed: str
     remark: str
-    panels: tuple[Panel, ...]
+    drawings: tuple[Drawing, ...]
     level: int | None
     size: str
     constant: bool
@@ -94,6 +105,8 @@ class Page:
         Colour and marker of each scheme.
     schemes
         Texts of the schemes.
+    ranking, findings
+        Who is best at what, and what schemes and boundary curves do; None where there is nothing to compare.
     matrix, legend, symbols
         Verdicts on claims, what they mean, and their symbols.
     overview
@@ -116,6 +129,8 @@ class Page:
     facts: tuple[tuple[str, str], ...]
     styles: tuple[Style, ...]
     schemes: tuple[str, ...]
+    ranking: Ranking | None
+    findings: Findings | None
     matrix: Matrix
     legend: tuple[tuple[str, str], ...]
     symbols: Mapping[str, str]
@@ -139,6 +154,8 @@ def view(results: Results) -> Page:
         facts(results.run),
         tuple(style(position) for position in range(len(plan.schemes))),
         grid.schemes,
+        ranking(grid),
+        findings(grid),
         matrix(grid),
         LEGEND,
         SYMBOLS,
@@ -161,6 +178,9 @@ def facts(run: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
         found.append(("Command", shlex.join(map(str, run["command"]))))
     if "started" in run:
         found.append(("Run", f"{run['started']}{_took(run)}"))
+    if run.get("left_out"):
+        levels = "; ".join(f"{name}, levels {' '.join(map(str, some))}" for name, some in run["left_out"].items())
+        found.append(("Left out", f"{levels}: testbed run --all computes them"))
     if "versions" in run:
         found.append(("Versions", ", ".join(f"{name} {version}" for name, version in run["versions"].items())))
     if "machine" in run:
@@ -189,6 +209,15 @@ def _overview(grid: Grid, scheme: str, dataset: str) -> OverviewCell:
     return OverviewCell(order_entry(grid, scheme, dataset, "distance_max"), verdict, reason)
 
 
+def _drawings(grid: Grid, dataset: str) -> tuple[Drawing, ...]:
+    found = []
+    for group in groups(grid):
+        plots = panels(grid, dataset, group)
+        if any(panel.lines for panel in plots):
+            found.append(Drawing(group.title, tuple((p, grid.schemes[p]) for p in group.positions), plots))
+    return tuple(found)
+
+
 def _section(grid: Grid, dataset: PlannedDataset) -> Section:
     level = grid.compared(dataset.spec)
     remarks = []
@@ -203,7 +232,7 @@ def _section(grid: Grid, dataset: PlannedDataset) -> Section:
         dataset,
         CLOSED[dataset.closed],
         " ".join(remarks),
-        panels(grid, dataset.spec),
+        _drawings(grid, dataset.spec),
         level,
         size,
         dataset.shape in CONSTANT,

@@ -154,7 +154,10 @@ def test_without_exact_surface_its_columns_are_left_out() -> None:
     assert section.table is not None
     assert "normal error (°)" not in dict(section.table.headings)
     assert "no exact surface" in section.remark
-    assert [panel.title for panel in section.panels] == ["Largest normal jump ε", "Gaussian curvature, max and min"]
+    assert [panel.title for panel in section.drawings[0].panels] == [
+        "Largest normal jump ε",
+        "Gaussian curvature, max and min",
+    ]
 
 
 def test_levels_left_out_of_the_fit_are_hollow() -> None:
@@ -194,4 +197,4 @@ def test_measures_that_give_nothing_known_still_have_their_columns_shown() -> No
     grid = Grid.of(found)
     assert "roundness" in dict(every_level(grid, "ball").headings)
     assert every_order(grid, "ball") == ()
-    assert view(found).sections[0].panels == ()
+    assert view(found).sections[0].drawings == ()
