@@ -161,6 +161,11 @@ def test_the_registry_reads_back_what_a_curve_calls_itself(boundary: BoundaryCur
     assert registry.boundary_curve(str(boundary)) == boundary
 
 
+@every_curve
+def test_a_curve_says_how_it_is_built_how_that_is_published_and_where_it_fails(boundary: BoundaryCurve) -> None:
+    assert all((boundary.formula, boundary.status, boundary.failures))
+
+
 def test_every_registered_curve_is_tested_here() -> None:
     assert {type(curve) for curve in CURVES} >= set(catalogue(BoundaryCurve).values())  # type: ignore[type-abstract]
 

@@ -24,6 +24,11 @@ class Circular(BoundaryCurve):
     reference = "fill: the cubic approximation of a circular arc, end by end"
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
+    formula = "H1 = p0 + d0 t0, H2 = p1 - d1 t1, t the unit projected chord, d = 2 L / (3 (1 + c)), c = <t, chord> / L."
+    status = "Fill: in none of the surveyed papers; the usual cubic for an arc, end by end."
+    failures = (
+        "Refused where a chord is parallel to a normal; the curvature at the ends is that of an arc, not the data's."
+    )
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return p0, p0 + d0 t0, p1 - d1 t1, p1 with d = 2 L / (3 (1 + c)), (E, 4, 3)."""

@@ -37,7 +37,8 @@ class ConicCurve(BoundaryCurve):
     failures = (
         "Refused where the plane of chord and mean normal or a tangent in it is undefined. Edges with an inflection, "
         "or bent at one end only, have no conic (8 of 120 on a coarse torus): there the legs jump to L / 3, and near "
-        "them the curve is far from the data: distances to a graph with asymptotic lines fall with third order."
+        "them the curve is far from the data: distances to a graph with asymptotic lines fall with third order, "
+        "and K is between -200 and 140 on a torus of 50 points (projected: -15 to 5)."
     )
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:

@@ -60,6 +60,16 @@ class Hermite(BoundaryCurve):
     reference = "de Boor, Hollig and Sabin 1987; Mann 1992, sections 2.4.4 and 3.2"
     needs = Data.NORMALS | Data.SECOND_FORMS
     matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
+    formula = (
+        "Legs d0, d1 > 0 in the plane of the chord and n0 + n1 with (t0 x t1) d0 = (a x t1) - 3/2 k1 d1^2, "
+        "(t0 x t1) d1 = (t0 x a) - 3/2 k0 d0^2; k by Meusnier from II, a = p1 - p0."
+    )
+    status = "As printed; corrected: d is the Bezier leg. Fill: the guard."
+    failures = (
+        "Data whose normals and curvatures disagree have no root (19 of 30 edges of an icosahedron with normals turned "
+        "by ten degrees). Short legs on long asymmetric edges make patches explode: K from -9e3 to 1.6e4 on a torus of "
+        "50 points, -8 to 6 with guard=(0.15 0.75)."
+    )
 
     def __post_init__(self) -> None:
         """Check the guard."""

@@ -49,6 +49,16 @@ class Optimized(BoundaryCurve):
     reference = "Mann 1994, section 3"
     needs = Data.NORMALS | Data.SECOND_FORMS
     matches = Data.POINTS | Data.NORMALS
+    formula = (
+        "End speeds s0, s1 least in (s0 - 1)^2 + (s1 - 1)^2 + (kappa0 - k0)^2 + (kappa1 - k1)^2 over the unit chord."
+    )
+    status = (
+        "As printed, equations 6 to 10 and 11 to 14; corrected: an index in f''(1). Fill: the optimiser and its starts."
+    )
+    failures = (
+        "Meets the data's curvature only nearly; on contradictory data the lowest minimum found may not be the lowest "
+        "value, which a vanishing speed can approach."
+    )
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return the curves at the lowest minimum found, (E, 4, 3); planar curves, counted, where none was."""

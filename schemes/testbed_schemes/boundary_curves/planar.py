@@ -23,6 +23,14 @@ class Planar(BoundaryCurve):
     reference = "Mann 1992, section 2.4.3"
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
+    formula = (
+        "H1 = p0 + L t0 / 3, H2 = p1 - L t1 / 3, t the unit tangent in the plane of the chord and n0 + n1, forward."
+    )
+    status = "As printed."
+    failures = (
+        "Refused where n0 + n1 is parallel to the chord or a tangent perpendicular to it. Flat over long arcs, as "
+        "projected curves are: over a quarter of a circle the middle is 4% inside."
+    )
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return p0, p0 + L t0 / 3, p1 - L t1 / 3, p1, (E, 4, 3), all in one plane."""

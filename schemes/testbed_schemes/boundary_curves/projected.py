@@ -23,6 +23,12 @@ class Projected(BoundaryCurve):
     reference = "Mann 1992, section 2.4.3"
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
+    formula = "H1 = p0 + L t0 / 3, H2 = p1 - L t1 / 3, t the unit projection of the chord on the tangent plane."
+    status = "As printed, rescaling to the chord's length included."
+    failures = (
+        "Refused where a chord is parallel to a normal. Flat over long arcs: over a quarter of a circle the middle is "
+        "4% inside, over a third 12%; the curvature at the ends is not the data's."
+    )
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
         """Return p0, p0 + L t0 / 3, p1 - L t1 / 3, p1 with t the unit projected chord, (E, 4, 3)."""
