@@ -24,6 +24,7 @@ opposite to II in the same source; here II(T, T) enters with a minus. mu is prin
 unit tangent; here it is relative to lambda, so that the surface scales with the data, and counts away from the vertex.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal, TypeAlias
@@ -35,7 +36,7 @@ from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.blocks import in_blocks
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, dot, norm, quadratic_form, tangential
+from testbed.geometry.vectors import Bool, Float, cross, dot, norm, quadratic_form, tangential
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.continuity_conditions.hagen_pottmann import (
@@ -44,7 +45,8 @@ from testbed_schemes.continuity_conditions.hagen_pottmann import (
     curvature_field,
     end_field,
 )
-from testbed_schemes.planar_frame import PARALLEL, edge_normals, edge_second_forms
+from testbed_schemes.planar_frame import edge_normals
+from testbed_schemes.quintic_hermite import quintic_derivatives, quintic_deviation, quintic_weights
 from testbed_schemes.side_vertex import CORNER_MARGIN, Deviation, J, K
 
 #: Least cosine of the angle between a chord and its projection: computed from the sine, it has lost half of its digits
@@ -53,8 +55,8 @@ SHADOW = 1e-4
 #: Halvings of the angle between chord and tangent, to at most 5.6 degrees, before arcsin's series, and the ratios of
 #: the coefficients of that: (2 m - 1)^2 / (2 m (2 m + 1)).
 HALVINGS, SERIES = 4, (1 / 6, 9 / 20, 25 / 42, 49 / 72, 81 / 110, 121 / 156, 169 / 210)
-#: Parameters at which the normals along an edge are looked at before patches are built.
-LOOKS = np.arange(17) / 16.0
+#: Parameters of a side at which its fields are looked at before patches are built.
+LOOKS = np.arange(9) / 8.0
 
 Tangents: TypeAlias = Literal["chord", "arc"]
 
@@ -88,6 +90,16 @@ class HagenPottmann(Scheme):
         "sum beta_i G_i, G_i quintic curves from vertex i to the opposite side, which carries a quintic curve with a "
         "field of tangent planes and second forms; beta_i = b_j^2 b_k^2 / (b_0^2 b_1^2 + b_1^2 b_2^2 + b_2^2 b_0^2)"
     )
+    status = (
+        "The weights (2.14) and the quintic operator as printed. Fills: lambda, the ends of the cubic cross-boundary "
+        "field, and the third value of the curvature field, for which the source tells in words of a blend of conjugate "
+        "directions"
+    )
+    failures = (
+        "Second fundamental forms that bend the surface by more than about two radians along an edge make curves with "
+        "loops, and curvature extremes far beyond the data; where the patch turns over at its sides it is refused. "
+        "Edges along a normal are refused"
+    )
     needs = Data.NORMALS | Data.SECOND_FORMS
     matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
     continuity = Continuity.G2
@@ -101,9 +113,9 @@ class HagenPottmann(Scheme):
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build one blended patch a face."""
-        leaving, arriving = self.edge_tangents(mesh)
-        check_corners(self, mesh, leaving, -arriving)
-        check_sides(self, mesh, leaving, -arriving)
+        tangents = self.edge_tangents(mesh)
+        check_corners(self, mesh, *tangents)
+        check_sides(self, mesh, *tangents)
         points, normals = mesh.corner_points(), mesh.corner_normals()
         assert mesh.second_forms is not None  # noqa: S101 - needed, and checked before
         forms = mesh.second_forms[mesh.faces]
@@ -118,43 +130,53 @@ class HagenPottmann(Scheme):
             (legs[:, J, 0], -legs[:, K, 1]),
             self.mu,
         )
+        self.check_fields(mesh, data)
         formula = partial(hagen_pottmann_patch, tangents=self.tangents, mu=self.mu)
         return Surface.over_faces(mesh, BlendedTriangles(formula, data, points, legs, CORNER_MARGIN))
 
     def edge_tangents(self, mesh: HermiteMesh) -> tuple[Float, Float]:
-        """Return the tangents of g_v at both ends of the edges, (E, 3) each, as the edges run.
+        """Return the tangents of g_v at both ends of the edges, (E, 3) each, both away from their vertex.
 
-        Refused if there are edges on which the operator or the tangent planes are not defined; the message names the
-        first one's vertices.
+        Refused if there are edges along the normal at one of their ends; the message names the first one's vertices.
         """
         edges = mesh.edge_data
-        chord, normals, forms = edges.p1 - edges.p0, edge_normals(edges), edge_second_forms(edges)
+        chord, normals = edges.p1 - edges.p0, edge_normals(edges)
         shadow = np.minimum(*(norm(tangential(chord, normal)) for normal in normals))
         undefined: Bool = np.asarray(~(shadow > SHADOW * norm(chord)))
-        self.refuse(mesh, undefined, "is parallel to the normal at one of its ends")
-        tangents = tangent(chord, normals[0], self.tangents), tangent(chord, normals[1], self.tangents)
-
-        def turns(some: slice) -> Float:
-            (n0, n1), (W0, W1), (t0, t1) = ((a[some], b[some]) for a, b in (normals, forms, tangents))
-            data = side_data(chord[some], (n0, n1), (W0, W1), (t0, t1), self.mu)
-            side, ends, across = (values[:, None] for values in data)
-            normal = side_field(side, ends, across, LOOKS, LOOKS[::-1]).normal
-            least = norm(normal).min(axis=1) - PARALLEL * norm(chord[some])
-            # between parameters so near each other, normals that differ by a right angle have vanished or turned over
-            turning = dot(normal[:, 1:], normal[:, :-1]).min(axis=1)
-            return np.asarray(np.minimum(least, turning))
-
-        folds: Bool = np.asarray(~(in_blocks(turns, len(chord)) > 0.0))
-        self.refuse(mesh, folds, "has no field of tangent planes, because its curve or the planes turn too far")
-        return tangents
-
-    def refuse(self, mesh: HermiteMesh, unfit: Bool, why: str) -> None:
-        """Raise Refused if any edge (E,) is unfit."""
-        if unfit.any():
-            i, j = mesh.edges[unfit][0].tolist()
+        if undefined.any():
+            i, j = mesh.edges[undefined][0].tolist()
             raise Refused(
-                f"{self} takes no edge that {why}: the edge from vertex {i} to vertex {j}, the first of "
-                f"{int(unfit.sum())}; check the normals and second fundamental forms"
+                f"{self} takes no edge that is parallel to the normal at one of its ends: the edge from vertex {i} to "
+                f"vertex {j}, the first of {int(undefined.sum())}; turn the normal or move the vertex"
+            )
+        return tangent(chord, normals[0], self.tangents), -tangent(chord, normals[1], self.tangents)
+
+    def check_fields(self, mesh: HermiteMesh, data: Mapping[str, Float]) -> None:
+        """Refuse sides whose tangent planes turn over, or over which the patch folds, between their ends.
+
+        Looked at in a few points of each side; the message names the first such side's vertices.
+        """
+
+        def least(faces: slice) -> Float:
+            """The least of numbers that are to be positive, (f, 3)."""
+            side, ends, across, to_j = (data[name][faces, :, None] for name in ("side", "ends", "across", "to_j"))
+            field = side_field(side, ends, across, LOOKS, LOOKS[::-1])
+            # one step farther, the plane is seen from the same side
+            turning = dot(field.normal[:, :, 1:], field.normal[:, :, :-1])
+            # the vertex stays on one side of the curve, as seen along the normal
+            chord = to_j + LOOKS[:, None] * side[..., 0, :] + quintic_deviation(side, LOOKS, LOOKS[::-1])
+            off = dot(cross(field.normal, field.tangent), chord)
+            numbers = np.concatenate([turning, np.sign(off[:, :, :1]) * off], axis=2)
+            return np.asarray(numbers.min(axis=2))
+
+        folds: Bool = np.asarray(~(in_blocks(least, len(mesh.faces)) > 0.0))
+        if folds.any():
+            face, i = (int(index[0]) for index in np.nonzero(folds))
+            start, end = mesh.faces[face, J[i]], mesh.faces[face, K[i]]
+            raise Refused(
+                f"{self} folds over on {int(folds.sum())} of {folds.size} sides of faces, the first that of face "
+                f"{face} from vertex {start} to vertex {end}, where the data bend too much for so long an edge: "
+                "check the second fundamental forms and the normals, or refine the mesh"
             )
 
 
@@ -284,51 +306,3 @@ def stretch(sine2: Float, tangents: Tangents) -> Float:
     for ratio in SERIES[-2::-1]:
         series = 1.0 + series * sine2 * ratio
     return series / product
-
-
-def quintic_weights(t: Float, rest: Float, mu: float) -> tuple[Float, Float, Float, Float, Float]:
-    """Weights (...) in the quintic Hermite curve's deviation from its chord, at ``t`` = 1 - ``rest``.
-
-    Of the chord, of the first tangent and, subtracted, of the last, each with ``mu`` times itself as the tangential
-    part of its second derivative, and of the normal parts of both second derivatives.
-    """
-    product = t * rest
-    square = product**2
-    bend0, bend1 = 0.5 * square * rest, 0.5 * square * t
-    along = product * (t - rest) * (1.0 + 3.0 * product)
-    first, last = product * rest**2 * (rest + 4.0 * t), product * t**2 * (t + 4.0 * rest)
-    return along, first + mu * bend0, last + mu * bend1, bend0, bend1
-
-
-def quintic_deviation(side: Float, t: Float, rest: Float) -> Float:
-    """How far the quintic Hermite curve of :func:`side_data` is from its chord at ``t`` = 1 - ``rest``, (..., 3)."""
-    along, first, last, bend0, bend1 = quintic_weights(t, rest, 0.0)
-    return combined(side, (along, first, -last, bend0, bend1))
-
-
-def quintic_derivatives(side: Float, t: Float, rest: Float) -> tuple[Float, Float]:
-    """First and second derivatives of the same curve, (..., 3) each."""
-    product = t * rest
-    first = (
-        30.0 * product**2,
-        rest**2 * (rest - 2.0 * t) * (rest + 6.0 * t),
-        t**2 * (t - 2.0 * rest) * (t + 6.0 * rest),
-        0.5 * product * rest * (2.0 * rest - 3.0 * t),
-        0.5 * product * t * (3.0 * rest - 2.0 * t),
-    )
-    second = (
-        60.0 * product * (rest - t),
-        -12.0 * product * (3.0 * rest - 2.0 * t),
-        12.0 * product * (3.0 * t - 2.0 * rest),
-        rest * (rest**2 - 6.0 * product + 3.0 * t**2),
-        t * (t**2 - 6.0 * product + 3.0 * rest**2),
-    )
-    return combined(side, first), combined(side, second)
-
-
-def combined(side: Float, weights: tuple[Float, ...]) -> Float:
-    """Sum of the rows of ``side`` (..., n, 3), weighted (...), one after the other."""
-    total: Float = weights[0][..., None] * side[..., 0, :]
-    for row, weight in enumerate(weights[1:], start=1):
-        total = total + weight[..., None] * side[..., row, :]
-    return total
