@@ -106,6 +106,7 @@ def make_sweep(
     objectives: Sequence[Objective],
     *,
     maximise: bool = False,
+    measures: Sequence[str] | None = None,
 ) -> Sweep:
     """Return the sweep of a scheme over the values of one or two parameters.
 
@@ -123,6 +124,8 @@ def make_sweep(
         The quantities to study.
     maximise
         Whether large values are the good ones.
+    measures
+        Texts of the measures for the table, among them those that the objectives need; None for all.
 
     Raises
     ------
@@ -144,7 +147,7 @@ def make_sweep(
         str(registry.scheme(with_values(base, dict(zip(names, texts, strict=True))))) for texts in combinations
     )
     (only,) = parse_single_level(level)
-    plan = make_plan([*settings, str(base)], datasets, level)
+    plan = make_plan([*settings, str(base)], datasets, level, measures)
     exact = {one.spec: exact_extremes(one.spec, only, objectives) for one in plan.datasets}
     return Sweep(str(base), axes, settings, tuple(objectives), maximise, only, exact, plan)
 

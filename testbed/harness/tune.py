@@ -27,8 +27,11 @@ if TYPE_CHECKING:
 
     from testbed.plugins.scheme import Scheme
 
-#: Significant digits of the values that are tried: more than a design needs, few enough to be pasted.
-DIGITS: Final = 5
+#: Significant digits of the values that are tried; much finer than the precision, lest a search sees steps.
+DIGITS: Final = 8
+#: Digits to which the best values are rounded if that costs no more than a share of the value, the fewest first.
+FEWER: Final = (3, 4, 5, 6)
+ROUNDING: Final = 1e-3
 #: Points looked at first, for one parameter and for each of several.
 SCAN_ONE: Final = 25
 SCAN_EACH: Final = 24
@@ -114,7 +117,7 @@ def tune(scheme: str, intervals: Sequence[Interval], trials: Trials, *, maximise
         starts = np.concatenate([starts, [own]])
     first = costs(starts)
     (_search_line if len(intervals) == 1 else _search_space)(costs, starts, first)
-    best = min(trials.done.values(), key=cost)
+    best = _shortened(base, intervals, trials, cost)
     if not best.valid:
         reason = next((outcome.reason for outcome in given.outcomes if outcome.reason), "it is not defined")
         raise TestbedError(f"no setting of {base} has a value; as given: {reason}")
@@ -143,6 +146,22 @@ def trace(trials: Trials, intervals: Sequence[Interval]) -> "pd.DataFrame":
             own = {trials.objective.name: value, **(outcome.values or {})}
             rows.append({"number": number, **parameters, "scheme": trial.setting, **what, **own})
     return pd.DataFrame(rows)
+
+
+def _shortened(base: "Scheme", intervals: Sequence[Interval], trials: Trials, cost: Callable[[Trial], float]) -> Trial:
+    """Return the best trial, or one with fewer digits that is all but as good."""
+    best = min(trials.done.values(), key=cost)
+    found = registry.scheme(best.setting)
+    if not best.valid or best.setting == str(base):
+        return best
+    for digits in FEWER:
+        values = [float(f"{value_of(found, one.name):.{digits}g}") for one in intervals]
+        if all(one.low <= value <= one.high for one, value in zip(intervals, values, strict=True)):
+            texts = {one.name: repr(value) for one, value in zip(intervals, values, strict=True)}
+            (shorter,) = trials.all([str(registry.scheme(with_values(base, texts)))])
+            if cost(shorter) <= cost(best) + ROUNDING * abs(cost(best)):
+                return shorter
+    return best
 
 
 def _scale(given: Trial) -> tuple[float, ...]:
