@@ -92,8 +92,7 @@ class HagenPottmann(Scheme):
     )
     status = (
         "The weights (2.14) and the quintic operator as printed. Fills: lambda, the ends of the cubic cross-boundary "
-        "field, and the third value of the curvature field, for which the source tells in words of a blend of conjugate "
-        "directions"
+        "field, and the third value of the curvature field, where the source tells of a blend of conjugate directions"
     )
     failures = (
         "Second fundamental forms that bend the surface by more than about two radians along an edge make curves with "
