@@ -118,6 +118,12 @@ def curvature_continuous() -> Scheme:
     return dataclass(frozen=True)(type("ClaimsMore", (smooth,), {"continuity": Continuity.G2}))()
 
 
+def matching_second_forms(name: str) -> Scheme:
+    """A scheme on blended patches, whose curvature at a vertex depends on the direction, that claims to match it."""
+    every = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
+    return dataclass(frozen=True)(type("ClaimsMore", (catalogue(Scheme)[name],), {"needs": every, "matches": every}))()  # type: ignore[type-abstract]
+
+
 @dataclass(frozen=True)
 class ClaimsSpheres(Honest):
     reproduces = (Shape.SPHERES, Shape.QUADRICS)
@@ -208,6 +214,8 @@ def test_an_honest_scheme_passes() -> None:
         (ClaimsTangentPlanes, {"g1"}),
         (ClaimsCurvature, {"g1", "second-forms"}),
         (curvature_continuous, {"g2"}),
+        (lambda: matching_second_forms("nielson"), {"second-forms"}),
+        (lambda: matching_second_forms("triangular-gregory"), {"second-forms"}),
         (ClaimsSpheres, {"spheres", "quadrics"}),
         (LikesTheOrigin, {"rigid-motion"}),
         (HasALengthOfItsOwn, {"scale-up"}),
