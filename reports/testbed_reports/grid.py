@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 from testbed.harness.plan import Plan
 from testbed.harness.results import Results
@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 
 #: A row of a table of the results, by column; what is missing is None.
 Row: TypeAlias = Mapping[str, Any]
+
+#: Share of the largest number of cells that a level needs for a comparison.
+NEARLY: Final = 0.9
 
 
 @dataclass(frozen=True)
@@ -82,10 +85,14 @@ class Grid:
         return tuple(row for row in rows if row is not None and row["status"] == "ok")
 
     def compared(self, dataset: str) -> int | None:
-        """Return the level to compare schemes at: of those with most cells ok the finest; None if no cell is ok."""
-        counts = [(sum(is_ok(row) for row in self.at(dataset, level)), level) for level in self.levels(dataset)]
-        most, level = max(counts, default=(0, 0))
-        return level if most else None
+        """Return the level to compare schemes at; None if no cell is ok.
+
+        It is the finest of those on which nearly as many cells are ok as on any: a scheme that takes special data only
+        does not keep the others on a coarse level.
+        """
+        counts = {level: sum(is_ok(row) for row in self.at(dataset, level)) for level in self.levels(dataset)}
+        most = max(counts.values(), default=0)
+        return max(level for level, count in counts.items() if count >= NEARLY * most) if most else None
 
 
 def is_ok(row: Row | None) -> bool:

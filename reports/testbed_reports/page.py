@@ -46,7 +46,7 @@ def render(page: Page) -> str:
     stylesheet = Markup(folder.joinpath("page.css").read_text("utf-8"))  # noqa: S704 - ours
     plots = [
         [
-            [Markup(svg) for svg in draw(drawing.panels, f"plot-{number}-{group}")]  # noqa: S704 - our own labels
+            [Markup(svg) for svg in draw(drawing.panels, page.styles, f"plot-{number}-{group}")]  # noqa: S704 - our own labels
             for group, drawing in enumerate(section.drawings)
         ]
         for number, section in enumerate(page.sections)

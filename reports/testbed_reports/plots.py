@@ -3,11 +3,11 @@
 import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from testbed_reports.panels import Panel
-from testbed_reports.styles import style
+from testbed_reports.styles import Style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,13 +37,15 @@ LINEAR: Final = 12.0
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def draw(panels: tuple[Panel, ...], prefix: str) -> tuple[str, ...]:
+def draw(panels: tuple[Panel, ...], styles: Sequence[Style], prefix: str) -> tuple[str, ...]:
     """Return an ``<svg>`` element for each panel.
 
     Parameters
     ----------
     panels
         What to draw.
+    styles
+        The style of each scheme, by its position in the plan.
     prefix
         Begins the ids in the elements; keep it unique within a page.
     """
@@ -60,7 +62,7 @@ def draw(panels: tuple[Panel, ...], prefix: str) -> tuple[str, ...]:
             FigureCanvasSVG(figure)
             # fixed margins: a layout engine draws everything once more to measure it
             axes = figure.add_axes((0.19, 0.165, 0.79, 0.745))
-            _fill(axes, panel)
+            _fill(axes, panel, styles)
             stream = io.StringIO()
             nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
             figure.savefig(stream, format="svg", metadata=nothing, transparent=True)
@@ -81,7 +83,7 @@ def embeddable(svg: str, prefix: str) -> str:
     return f'<svg {view[0] if view else ""} aria-hidden="true">{rest.strip()}'
 
 
-def _fill(axes: "Axes", panel: Panel) -> None:
+def _fill(axes: "Axes", panel: Panel, styles: Sequence[Style]) -> None:
     axes.set_title(panel.title)
     axes.set_xlabel("longest edge h (length)", labelpad=2.0)
     axes.set_ylabel(panel.label)
@@ -99,7 +101,7 @@ def _fill(axes: "Axes", panel: Panel) -> None:
         lengths, least, most = zip(*panel.band, strict=True)
         axes.fill_between(lengths, least, most, color="#e9e9e9", linewidth=0, zorder=0.6)
     for line in panel.lines:
-        look = style(line.position)
+        look = styles[line.position]
         dashes = (0, (3.0, 1.5)) if line.dashed else "solid"
         axes.plot(line.h, line.values, color=look.colour, linestyle=dashes, zorder=2.5)
         for filled in (True, False):

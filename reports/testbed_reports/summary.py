@@ -14,9 +14,9 @@ CONTESTS: Final = (
     ("distance max", "the smallest distance to the exact surface", Quantity("distance_max", "", "", "least")),
     ("normal error max (°)", "the smallest normal error", Quantity("normal_max_deg", "", "", "least")),
     (
-        "spread of Gaussian curvature",
-        "the least spread of Gaussian curvature",
-        Quantity("gauss_max", "", "", "spread"),
+        "error of Gaussian curvature, rms",
+        "the least error of the Gaussian curvature",
+        Quantity("gauss_error_rms", "", "", "least"),
     ),
 )
 #: As many schemes, datasets or claims are named in a sentence; more are counted.

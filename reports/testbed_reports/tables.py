@@ -48,6 +48,8 @@ KNOWN: Final = (
     Quantity("gauss_max", "Gaussian curvature", "max", "spread"),
     Quantity("mean_min", "mean curvature", "min", "spread"),
     Quantity("mean_max", "mean curvature", "max", "spread"),
+    Quantity("gauss_error_rms", "error of Gaussian curvature", "rms", "least"),
+    Quantity("gauss_error_max", "error of Gaussian curvature", "max", "least"),
     Quantity("epsilon_deg", "", "normal jump ε (°)", "least"),
     Quantity("curvature_jump_max", "", "curvature jump", "least"),
     Quantity("gap_max", "", "gap"),
@@ -192,6 +194,8 @@ def _floor(row: Row, column: str) -> float:
         return CURVED
     if column.endswith("_deg"):
         return FLOOR * 180.0
+    if column.startswith(("gauss_error", "mean_error")):
+        return CURVATURE_ROUNDING / float(row["h"] or 1.0) ** (2 if column.startswith("gauss") else 1)
     return FLOOR * float(row["diameter"] or 0.0) if column.startswith("distance") else 0.0
 
 

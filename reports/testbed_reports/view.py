@@ -152,7 +152,7 @@ def view(results: Results) -> Page:
         contests(grid),
         tuple(heading for heading, _, _ in CONTESTS),
         facts(results.run),
-        tuple(style(position) for position in range(len(plan.schemes))),
+        _styles(grid),
         grid.schemes,
         ranking(grid),
         findings(grid),
@@ -207,6 +207,14 @@ def _overview(grid: Grid, scheme: str, dataset: str) -> OverviewCell:
         return OverviewCell(Entry(bad[0]["status"], trouble(bad[0])), "", trouble(bad[0]))
     verdict, reason = (str(row["verdict"]), str(row["reason"] or "")) if row else ("", "")
     return OverviewCell(order_entry(grid, scheme, dataset, "distance_max"), verdict, reason)
+
+
+def _styles(grid: Grid) -> tuple[Style, ...]:
+    """Return the style of each scheme: those drawn together have the most different ones."""
+    drawn = [position for group in groups(grid) for position in group.positions]
+    order = [*drawn, *(position for position in range(len(grid.schemes)) if position not in set(drawn))]
+    number = {position: place for place, position in enumerate(order)}
+    return tuple(style(number[position]) for position in range(len(grid.schemes)))
 
 
 def _drawings(grid: Grid, dataset: str) -> tuple[Drawing, ...]:
