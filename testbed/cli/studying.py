@@ -111,7 +111,13 @@ def sweep_command(study: Study, *, as_json: bool) -> int:
 
 
 def tune_command(study: Study, *, as_json: bool) -> int:
-    """Search for the best setting of a scheme's parameters, and print it with what it gains; 130 if interrupted."""
+    """Search for the best setting of a scheme's parameters, and print it with what it gains.
+
+    Returns
+    -------
+    code
+        1 if a cell failed or took too long, 130 if interrupted, else 0.
+    """
     console = wide(stderr=as_json)
     _check_directory(study.directory)
     sought = objective(study.measures[0])
@@ -151,9 +157,15 @@ def tune_command(study: Study, *, as_json: bool) -> int:
     written = [study.directory / "tune.json", study.directory / "tune.csv"]
     write_whole(written[0], json.dumps(_plain(record), indent=1) + "\n")
     write_whole(written[1], trace(trials, intervals).to_csv(index=False, lineterminator="\n"))
+    failed = [
+        f"{outcome.status}: {trial.setting} on {dataset}: {outcome.reason}"
+        for trial in trials.done.values()
+        for dataset, outcome in zip(datasets, trial.outcomes, strict=True)
+        if outcome.status in ("failed", "timeout")
+    ]
     if as_json:
         _dump(_plain(record) | {"written": list(map(str, written))})
-        return 0
+        return int(bool(failed))
     _print_tuned(console, tuned, datasets, sought.name)
     for name in tuned.on_bound:
         console.print(f"the best {name} lies on a bound: widen it with --over {name}=low:high to see what is beyond")
@@ -161,9 +173,12 @@ def tune_command(study: Study, *, as_json: bool) -> int:
         f"{tuned.settings} settings tried, {tuned.without_value} of them without a value: "
         f"{trials.computed} cells computed, {trials.reused} reused"
     )
+    if failed:
+        more = f" (and {len(failed) - 1} more)" if len(failed) > 1 else ""
+        console.print(f"{failed[0]}{more}", markup=False)
     for path in written:
         console.print(f"written: {path}", markup=False, soft_wrap=True)
-    return 0
+    return int(bool(failed))
 
 
 def _check_directory(directory: Path) -> None:

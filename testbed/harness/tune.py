@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from testbed import registry
-from testbed.errors import TestbedError
+from testbed.errors import SpecError, TestbedError
 from testbed.geometry.vectors import Float
 from testbed.harness.parameters import Interval, value_of, with_values
 from testbed.harness.trials import Trial, Trials
@@ -93,10 +93,16 @@ def tune(scheme: str, intervals: Sequence[Interval], trials: Trials, *, maximise
 
     Raises
     ------
+    SpecError
+        A parameter is named twice.
     TestbedError
         No setting has a value, or there are several datasets and the scheme as given has no positive value on one.
     """
     base = registry.scheme(scheme)
+    names = [one.name for one in intervals]
+    repeated = [name for position, name in enumerate(names) if name in names[:position]]
+    if repeated:
+        raise SpecError(f"--over names {repeated[0]} twice: give its bounds once")
     (given,) = trials.all([str(base)])
     scale = _scale(given)
     sign = -1.0 if maximise else 1.0

@@ -106,6 +106,8 @@ def test_several_datasets_need_a_value_as_given_on_each() -> None:
         tuned(lambda c, _: [1.0, c if c > 1.2 else math.nan], C)
     with pytest.raises(TestbedError, match="its value is -1"):
         tuned(lambda *_: [1.0, -1.0], C)
+    with pytest.raises(TestbedError, match="jensen_c twice"):
+        tuned(lambda *_: [1.0], C, ALPHA, C)
 
 
 def test_the_search_repeats_itself_and_asks_short_numbers_once() -> None:
