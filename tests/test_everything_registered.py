@@ -62,3 +62,10 @@ def test_tests_run_over_the_registry_or_name_each(kind: type[Plugin], folder: st
 def test_every_column_has_a_meaning(name: str) -> None:
     for column in catalogue(Measure)[name].columns:  # type: ignore[type-abstract]
         assert len(column.meaning.split()) >= 2
+
+
+@pytest.mark.parametrize("plugin", [*catalogue(Scheme).values(), *catalogue(BoundaryCurve).values()])  # type: ignore[type-abstract]
+def test_it_tells_its_formula_its_status_and_where_it_fails(plugin: type[Plugin]) -> None:
+    for text in (plugin.formula, plugin.status, plugin.failures):
+        assert len(text.split()) >= 2
+        assert text.endswith(".") or text == plugin.formula

@@ -48,6 +48,16 @@ class CubicInterpolant(Scheme):
     name = "cubic-interpolant"
     title = "Cubic interpolant"
     reference = "Mann 1992, section 3.2"
+    formula = (
+        "Geometric Hermite edges; centre P_111 from <P_111 - V, n> = -3/2 II(u, v) at the corners, u and v the legs."
+    )
+    status = (
+        "As printed, solved about the point of quadratic precision; the sign of II is that of the thesis's section 1.2."
+    )
+    failures = (
+        "The order falls where edges have no geometric Hermite cubic (rows of a torus on its top circle): they take "
+        "planar curves, counted, and second fundamental forms are not matched there."
+    )
     needs = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
     continuity = Continuity.C0
     reproduces = (Shape.PLANES,)

@@ -19,6 +19,9 @@ class Flat(Scheme):
     name = "flat"
     title = "Flat triangles"
     reference = "piecewise linear interpolation"
+    formula = "b_0 V_0 + b_1 V_1 + b_2 V_2"
+    status = "As everybody knows it; what the other schemes are compared with."
+    failures = "Has no curvature and ignores the normals."
     needs = Data.POINTS
     matches = Data.POINTS
     continuity = Continuity.C0

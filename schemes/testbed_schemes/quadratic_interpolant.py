@@ -30,6 +30,14 @@ class QuadraticInterpolant(Scheme):
     name = "quadratic-interpolant"
     title = "Quadratic interpolant"
     reference = "Mann 1992, section 3.1"
+    formula = (
+        "Middle point of an edge: where its tangents meet, p0 + d0 t0 = p1 - d1 t1, in the plane of chord and n0 + n1."
+    )
+    status = "As printed; fill: the plane, which the thesis chooses for the cubic interpolant only."
+    failures = (
+        "Refused where an edge has to bend both ways, so on most surfaces with negative Gaussian curvature (the monkey "
+        "saddle, a pebble with estimated normals)."
+    )
     needs = Data.POINTS | Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
     continuity = Continuity.C0

@@ -56,6 +56,15 @@ class ShirmanSequin(Scheme):
     name = "shirman-sequin"
     title = "Shirman-Séquin"
     reference = "Shirman and Séquin 1987, 1991; Mann 1992, section 2.3.1"
+    formula = (
+        "Cubic edges; second rows by Chiyokura-Kimura with k(1/2) = C (k(0) + k(1)) / 2; spokes V_i, I_i1, I_i2, S, "
+        "joined inside by Farin's conditions with one ratio alpha_i2 a corner."
+    )
+    status = "As printed for equal alpha_i2; corrected for others: the printed N_i breaks the inner joins."
+    failures = (
+        "Curvature gathers near vertices and edges: Gaussian 0.28 to 2.51 on the octahedron, where 1 is right. Refused "
+        "where normals fold the surface over. On geometric Hermite edges with a short leg it explodes and stays G1."
+    )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
     continuity = Continuity.G1
