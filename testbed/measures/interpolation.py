@@ -83,16 +83,18 @@ def vertex_forms(surface: Surface, blended: int) -> Iterator[tuple[Float, Int]]:
         How many blended patches are looked at.
     """
     order = patch_order(surface)
+    count = len(surface.mesh.points)
     part_of = np.repeat(np.arange(len(surface.parts)), [len(part.batch) for part in surface.parts])
-    margins = np.array([part.batch.corner_margin for part in surface.parts])
-    among = order[margins[part_of[order]] > 0.0]
-    chosen = np.zeros(len(order), dtype=np.bool_)
-    chosen[margins[part_of] == 0.0] = True
+    margins = np.array([part.batch.corner_margin for part in surface.parts])[part_of]
+    at_vertices = np.concatenate([(part.corner_ids < count).any(axis=1) for part in surface.parts])
+    chosen = at_vertices & (margins == 0.0)
+    among = order[(at_vertices & (margins > 0.0))[order]]
     chosen[among[np.linspace(0, len(among) - 1, min(blended, len(among)), dtype=np.int64)]] = True
     for index, part in enumerate(surface.parts):
         patches = np.flatnonzero(chosen[part_of == index])
-        patch, corner = np.nonzero(part.corner_ids[patches] < len(surface.mesh.points))
-        yield corner_forms(part.batch.take(patches))[patch, corner], part.corner_ids[patches][patch, corner]
+        ids = part.corner_ids[patches]
+        patch, corner = np.nonzero(ids < count)
+        yield corner_forms(part.batch.take(patches))[patch, corner], ids[patch, corner]
 
 
 def _worse(known: tuple[float, int], values: Float, vertices: Int) -> tuple[float, int]:
