@@ -92,12 +92,12 @@ class HagenPottmann(Scheme):
     )
     status = (
         "The weights (2.14) and the quintic operator as printed. Fills: lambda, the ends of the cubic cross-boundary "
-        "field, and the third value of the curvature field, where the source tells of a blend of conjugate directions"
+        "field, and the third value of the curvature field, where the source blends conjugate directions."
     )
     failures = (
         "Second fundamental forms that bend the surface by more than about two radians along an edge make curves with "
         "loops, and curvature extremes far beyond the data; where the patch turns over at its sides it is refused. "
-        "Edges along a normal are refused"
+        "Edges along a normal are refused."
     )
     needs = Data.NORMALS | Data.SECOND_FORMS
     matches = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS
