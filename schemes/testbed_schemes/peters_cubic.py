@@ -99,8 +99,8 @@ class PetersCubic(Scheme):
             face = int(network.mesh.edge_faces[edge].max())
             raise Refused(
                 f"{self} has no curve for {int(missing.sum())} of {len(network.mesh.edges)} edges, the first from "
-                f"vertex {i} to vertex {j} of face {face}: no cubic without inflection has a normal there that turns "
-                "linearly from one to the other; take a scheme that is not restricted, as peters"
+                f"vertex {i} to vertex {j} of face {face}, as no cubic without inflection has a normal that turns "
+                "linearly from one to the other: use a scheme that is not restricted, as peters"
             )
 
     def check_residual(self, mesh: HermiteMesh, residual: Float) -> None:
@@ -110,8 +110,8 @@ class PetersCubic(Scheme):
             face = int(np.argmax(residual))  # the first NaN where there is one
             raise Refused(
                 f"{self} has no centre for {int(unfit.sum())} of {len(residual)} faces, the worst of them "
-                f"{named(mesh.faces, face)}: its equations leave a residual of {residual[face]:.2g} edge lengths, the "
-                "data have no common curvature at the corners; take a scheme that is not restricted, as peters"
+                f"{named(mesh.faces, face)}, whose equations leave a residual of {residual[face]:.2g} edge lengths, as "
+                "the data have no common curvature at the corners: use a scheme that is not restricted, as peters"
             )
 
 
