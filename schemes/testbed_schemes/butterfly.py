@@ -27,6 +27,7 @@ from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.triangle_subdivision import (
     Triangulation,
     check_size,
+    check_two_sided,
     following,
     preceding,
     refined_places,
@@ -90,8 +91,9 @@ class Butterfly(Scheme):
         return min(self.depth, 2)
 
     def construct(self, mesh: HermiteMesh) -> Surface:
-        """Return the facets; Refused if there were too many."""
+        """Return the facets; Refused if there were too many, or for two faces back to back."""
         check_size(self, len(mesh.faces), self.depth, MOST)
+        check_two_sided(self, triangulation(mesh))
         return facets(mesh, self.depth, lambda faces, points: edge_vertices(faces, points, self.tension))
 
 

@@ -17,13 +17,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, Int
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.butterfly import MOST, across, butterfly_rule, check_depth, facets, four_point_rule
-from testbed_schemes.triangle_subdivision import Triangulation, check_size, following, preceding, triangulation
+from testbed_schemes.triangle_subdivision import (
+    Triangulation,
+    check_size,
+    check_two_sided,
+    following,
+    preceding,
+    triangulation,
+)
 
 TENSION = 1.0 / 16.0
 
@@ -58,7 +64,7 @@ class ModifiedButterfly(Scheme):
     )
     failures = (
         "Flat facets have no curvature, and their distance to a smooth surface falls with the square of the edge "
-        "length only. Refuses vertices inside with two faces only. Normals are ignored."
+        "length only. Normals are ignored."
     )
     needs = Data.POINTS
     matches = Data.POINTS
@@ -76,14 +82,9 @@ class ModifiedButterfly(Scheme):
         return min(self.depth, 2)
 
     def construct(self, mesh: HermiteMesh) -> Surface:
-        """Return the facets; Refused if there were too many, or for a vertex inside with two faces."""
+        """Return the facets; Refused if there were too many, or for two faces back to back."""
         check_size(self, len(mesh.faces), self.depth, MOST)
-        faces = triangulation(mesh)
-        folded = ~faces.on_boundary & (faces.face_count == 2)
-        if folded.any():
-            raise Refused(
-                f"{self} has no rule at vertex {int(np.argmax(folded))}, where two faces lie back to back: remove them"
-            )
+        check_two_sided(self, triangulation(mesh))
         return facets(mesh, self.depth, edge_vertices)
 
 
@@ -171,7 +172,7 @@ def ring_rules(faces: Triangulation, points: Float, half_edge: Int) -> Float:
         for count in np.unique(faces.face_count[vertex[rows]]).tolist():
             (chosen,) = np.nonzero(rows & (faces.face_count[vertex] == count))
             if bounded:
-                place = fan_places(faces, half_edge[chosen], count)
+                place = faces.fan_place(half_edge[chosen])
                 ring = points[faces.ring(faces.onward[vertex[chosen]], count + 1)]
                 own, weights = boundary_weights(count)
                 own, weights = own[place], weights[place]
@@ -216,14 +217,3 @@ def boundary_weights(faces: int) -> tuple[Float, Float]:
     last = 0.25 * np.cos(angle) - np.sin(2.0 * theta) * double / (4.0 * faces * (np.cos(theta) - np.cos(2.0 * theta)))
     ring[:, 0], ring[:, -1] = last, -last
     return own, ring
-
-
-def fan_places(faces: Triangulation, half_edge: Int, count: int) -> Int:
-    """Places (N,) of half edges in the fans of their starts on the boundary, counted from the boundary edge."""
-    at = faces.onward[faces.start[half_edge]]
-    place = np.zeros(len(half_edge), dtype=np.int64)
-    for _ in range(count - 1):
-        behind = (at != half_edge) & (at >= 0)
-        place += behind
-        at = np.where(behind, faces.counterclockwise(at), at)
-    return place

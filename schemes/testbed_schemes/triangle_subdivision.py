@@ -133,6 +133,16 @@ class Triangulation:
             half_edge = ahead
         return result
 
+    def fan_place(self, half_edge: Int) -> Int:
+        """Places (N,) of half edges in the fans of their starts: 0 on the boundary, -1 about vertices inside."""
+        bounding = self.on_boundary[self.start[half_edge]]
+        place = np.where(bounding, 0, -1)
+        behind = np.where(bounding, self.clockwise(half_edge), -1)
+        while (behind >= 0).any():
+            place += behind >= 0
+            behind = np.where(behind >= 0, self.clockwise(behind), -1)
+        return place
+
     def refined(self) -> "Triangulation":
         """Return the faces after one step."""
         middle = self.vertices + self.edge.reshape(-1, 3)
@@ -164,6 +174,15 @@ def refined_places(corners: Float) -> Float:
     ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
     pieces = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]]
     return np.stack([np.stack(piece, axis=1) for piece in pieces], axis=1).reshape(-1, 3, 2)
+
+
+def check_two_sided(plugin: Plugin, faces: Triangulation) -> None:
+    """Refuse two faces with the same three vertices, back to back: after a step two edges would have the same ends."""
+    folded = ~faces.on_boundary & (faces.face_count == 2)
+    if folded.any():
+        raise Refused(
+            f"{plugin} has no rule at vertex {int(np.argmax(folded))}, where two faces lie back to back: remove them"
+        )
 
 
 def check_size(plugin: Plugin, faces: int, depth: int, most: int) -> None:

@@ -4,12 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from spoked_meshes import lattice, spokes
 
 from testbed import registry
 from testbed.errors import Refused, SpecError
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.geometry.vectors import Float, angle_between, norm
 from testbed.plugins.scheme import Scheme
 from testbed_schemes import butterfly, modified_butterfly
 from testbed_schemes.butterfly import Butterfly
@@ -21,42 +22,6 @@ BOTH = [Butterfly, ModifiedButterfly]
 
 def vertices_of(surface: Surface) -> Float:
     return np.asarray(surface.batches[0].control_points.reshape(-1, 3))  # type: ignore[attr-defined]
-
-
-def lattice(columns: int, rows: int) -> tuple[Float, Int]:
-    """Abscissae (V, 2) and faces of a parallelogram of equilateral triangles with sides of length one."""
-    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij"))
-    places = np.stack([i + 0.5 * j, np.sqrt(0.75) * j], axis=-1)
-    a, b = (axis.ravel() for axis in np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij"))
-    corner = a * (rows + 1) + b
-    right, up = corner + rows + 1, corner + 1
-    lower, upper = np.stack([corner, right, up], axis=-1), np.stack([right, right + 1, up], axis=-1)
-    return places, np.concatenate([lower, upper])
-
-
-def wheel(spokes: int, rings: int = 3) -> HermiteMesh:
-    """A vertex with so many spokes, regular vertices around it, lifted to a saddle-like graph without symmetry."""
-    points, ids = [np.zeros(2)], {(0, 0): 0}
-    for ring in range(1, rings + 1):
-        for sector in range(spokes):
-            for step in range(ring):
-                turn = 2.0 * np.pi * (sector + step / ring) / spokes
-                ids[(ring, sector * ring + step)] = len(points)
-                points.append(ring * np.array([np.cos(turn), np.sin(turn)]))
-    faces = []
-    for ring in range(rings):
-        for sector in range(spokes):
-            for step in range(ring + 1):
-                outer = sector * (ring + 1) + step
-                after = (outer + 1) % (spokes * (ring + 1))
-                inner = (sector * ring + step) % (spokes * ring) if ring else 0
-                before = (sector * ring + step - 1) % (spokes * ring) if ring else 0
-                faces.append([ids[(ring, inner)], ids[(ring + 1, outer)], ids[(ring + 1, after)]])
-                if step:
-                    faces.append([ids[(ring, inner)], ids[(ring, before)], ids[(ring + 1, outer)]])
-    x, y = np.array(points).T
-    height = 0.11 * x * y + 0.07 * x**2 - 0.04 * y**2 + 0.02 * x**3 - 0.3 * np.cos(x + 0.3 * y)
-    return HermiteMesh(np.stack([x, y, height], axis=-1), faces)
 
 
 @pytest.mark.parametrize(("scheme", "radius"), [(Butterfly(5), 0.8323), (ModifiedButterfly(5), 0.8310)])
@@ -172,9 +137,9 @@ def test_inner_weights_sum_to_a_quarter_and_keep_planes(valence: int) -> None:
     assert weights @ np.sin(turn) == pytest.approx(0.0, abs=1e-15)
 
 
-def turns_at_the_hub(kind: type[Butterfly | ModifiedButterfly], spokes: int) -> Float:
-    """Largest angle in degrees between facets at the hub of a wheel, after 2 to 6 steps."""
-    mesh, result = wheel(spokes), []
+def turns_at_the_hub(kind: type[Butterfly | ModifiedButterfly], valence: int) -> Float:
+    """Largest angle in degrees between facets at a vertex of some valence, after 2 to 6 steps."""
+    mesh, result = spokes(valence, closed=True), []
     for depth in range(2, 7):
         (part,) = kind(depth).fit(mesh).parts
         at_hub = (part.corner_ids == 0).any(axis=1)
@@ -183,15 +148,15 @@ def turns_at_the_hub(kind: type[Butterfly | ModifiedButterfly], spokes: int) -> 
     return np.array(result)
 
 
-@pytest.mark.parametrize("spokes", [3, 4, 5, 7, 8, 12])
-def test_the_limit_of_the_modified_butterfly_is_smooth_at_every_valence(spokes: int) -> None:
-    turns = turns_at_the_hub(ModifiedButterfly, spokes)
+@pytest.mark.parametrize("valence", [3, 4, 5, 7, 8, 12])
+def test_the_limit_of_the_modified_butterfly_is_smooth_at_every_valence(valence: int) -> None:
+    turns = turns_at_the_hub(ModifiedButterfly, valence)
     assert turns[-1] < 0.35 * turns[0]
 
 
-@pytest.mark.parametrize("spokes", [3, 10, 12])
-def test_the_limit_of_the_butterfly_is_not_smooth_at_low_and_high_valences(spokes: int) -> None:
-    turns = turns_at_the_hub(Butterfly, spokes)
+@pytest.mark.parametrize("valence", [3, 10, 12])
+def test_the_limit_of_the_butterfly_is_not_smooth_at_low_and_high_valences(valence: int) -> None:
+    turns = turns_at_the_hub(Butterfly, valence)
     assert turns[-1] > 0.8 * turns[0]
 
 
