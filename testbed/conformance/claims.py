@@ -159,8 +159,10 @@ def _graph_distance(points: Float) -> Float:
 
 
 def _at_vertices(worst: Worst, values: Float, mesh: str, vertex: Int) -> Worst:
+    if not len(values):  # a part of a surface may have no vertex of the mesh
+        return worst
     place = int(np.argmax(values))  # argmax returns the first NaN where there is one
-    return worst.or_worse(float(values[place]), f"{mesh}, vertex {int(vertex[place])}") if len(values) else worst
+    return worst.or_worse(float(values[place]), f"{mesh}, vertex {int(vertex[place])}")
 
 
 def _at_faces(worst: Worst, values: Float, mesh: str, face: Int, at: Float) -> Worst:
