@@ -1,9 +1,12 @@
 """Meshes about one irregular vertex, regular around it, lifted to a graph without symmetry."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from testbed.geometry.mesh import HermiteMesh
-from testbed.geometry.vectors import Float, Int
+from testbed.geometry.vectors import Float, Int, angle_between
+from testbed.plugins.scheme import Scheme
 
 
 def lattice(columns: int, rows: int) -> tuple[Float, Int]:
@@ -41,3 +44,14 @@ def spokes(faces: int, *, closed: bool, rings: int = 3) -> HermiteMesh:
     x, y = np.array(radii) * np.cos(turns), np.array(radii) * np.sin(turns)
     height = 0.11 * x * y + 0.07 * x**2 - 0.04 * y**2 + 0.02 * x**3 - 0.3 * np.cos(x + 0.3 * y)
     return HermiteMesh(np.stack([x, y, height], axis=-1), triangles)
+
+
+def turns_at_the_hub(subdivided: Callable[[int], Scheme], valence: int) -> Float:
+    """Largest angle in degrees between facets at a vertex of some valence, after 2 to 6 steps."""
+    mesh, result = spokes(valence, closed=True), []
+    for depth in range(2, 7):
+        (part,) = subdivided(depth).fit(mesh).parts
+        at_hub = (part.corner_ids == 0).any(axis=1)
+        normals = part.batch.take(np.flatnonzero(at_hub)).jets(np.full((1, 2), 1.0 / 3.0), 1).normal[:, 0]
+        result.append(np.degrees(angle_between(normals[:, None], normals[None])).max())
+    return np.array(result)

@@ -4,18 +4,17 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from spoked_meshes import lattice, spokes
+from spoked_meshes import lattice, turns_at_the_hub
 
 from testbed import registry
 from testbed.errors import Refused, SpecError
-from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Float, angle_between, norm
+from testbed.geometry.vectors import Float, norm
 from testbed.plugins.scheme import Scheme
 from testbed_schemes import butterfly, modified_butterfly
 from testbed_schemes.butterfly import Butterfly
 from testbed_schemes.modified_butterfly import ModifiedButterfly
-from testbed_schemes.triangle_subdivision import Triangulation, triangulation
+from testbed_schemes.triangle_subdivision import Triangulation
 
 BOTH = [Butterfly, ModifiedButterfly]
 
@@ -108,52 +107,6 @@ def test_regular_boundaries_keep_linear_functions(modified: bool, shape: tuple[i
     assert norm(new[chosen] - points[faces.edges[chosen]].mean(axis=1)).max() < 1e-14
 
 
-def test_the_rule_at_a_corner_is_linear_too() -> None:
-    places, triangles = lattice(3, 3)
-    faces = Triangulation(triangles, len(places))
-    points = np.concatenate([places, places @ np.array([[0.7], [-0.4]])], axis=1)
-    # the edge that cuts off the corner 0: between vertices 1 and 4, both with three faces
-    edge = int(np.nonzero((faces.edges == [1, 4]).all(axis=1))[0][0])
-    assert norm(modified_rule(faces)(points)[edge] - points[[1, 4]].mean(axis=0)) < 1e-14
-
-
-@pytest.mark.parametrize("faces", range(2, 9))
-def test_boundary_weights_sum_to_one_keep_planes_and_read_the_same_from_both_ends(faces: int) -> None:
-    own, ring = modified_butterfly.boundary_weights(faces)
-    angle = np.pi * np.arange(faces + 1) / faces
-    inner = slice(1, faces)
-    assert np.allclose((own + ring.sum(axis=1))[inner], 1.0, atol=1e-14)
-    assert np.allclose((ring @ np.cos(angle))[inner], 0.5 * np.cos(angle[inner]), atol=1e-14)
-    assert np.allclose((ring @ np.sin(angle))[inner], 0.5 * np.sin(angle[inner]), atol=1e-14)
-    assert np.allclose(ring[inner], ring[::-1, ::-1][inner], atol=1e-14)
-
-
-@pytest.mark.parametrize("valence", range(3, 13))
-def test_inner_weights_sum_to_a_quarter_and_keep_planes(valence: int) -> None:
-    weights = modified_butterfly.inner_weights(valence)
-    turn = 2.0 * np.pi * np.arange(valence) / valence
-    assert weights.sum() == pytest.approx(0.25, abs=1e-15)
-    assert weights @ np.cos(turn) == pytest.approx(0.5, abs=1e-15)
-    assert weights @ np.sin(turn) == pytest.approx(0.0, abs=1e-15)
-
-
-def turns_at_the_hub(kind: type[Butterfly | ModifiedButterfly], valence: int) -> Float:
-    """Largest angle in degrees between facets at a vertex of some valence, after 2 to 6 steps."""
-    mesh, result = spokes(valence, closed=True), []
-    for depth in range(2, 7):
-        (part,) = kind(depth).fit(mesh).parts
-        at_hub = (part.corner_ids == 0).any(axis=1)
-        normals = part.batch.take(np.flatnonzero(at_hub)).jets(np.full((1, 2), 1.0 / 3.0), 1).normal[:, 0]
-        result.append(np.degrees(angle_between(normals[:, None], normals[None])).max())
-    return np.array(result)
-
-
-@pytest.mark.parametrize("valence", [3, 4, 5, 7, 8, 12])
-def test_the_limit_of_the_modified_butterfly_is_smooth_at_every_valence(valence: int) -> None:
-    turns = turns_at_the_hub(ModifiedButterfly, valence)
-    assert turns[-1] < 0.35 * turns[0]
-
-
 @pytest.mark.parametrize("valence", [3, 10, 12])
 def test_the_limit_of_the_butterfly_is_not_smooth_at_low_and_high_valences(valence: int) -> None:
     turns = turns_at_the_hub(Butterfly, valence)
@@ -175,11 +128,3 @@ def test_depths_and_sizes_are_bounded(kind: type[Butterfly | ModifiedButterfly])
         kind(8)
     with pytest.raises(Refused, match="lower the depth"):
         kind(7).fit(registry.dataset("torus").mesh(1))
-
-
-def test_faces_back_to_back_are_refused_by_the_modified_butterfly() -> None:
-    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    mesh = HermiteMesh(points, [[0, 1, 2], [0, 2, 1]])
-    assert (triangulation(mesh).face_count == 2).all()
-    with pytest.raises(Refused, match="vertex 0, where two faces lie back to back"):
-        ModifiedButterfly().fit(mesh)

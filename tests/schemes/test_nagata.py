@@ -9,6 +9,7 @@ from testbed.errors import Refused, SpecError
 from testbed.geometry.domain import CORNERS
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float, angle_between, dot, norm, unit
+from testbed_schemes.boundary_curves.peters import PetersCurve
 from testbed_schemes.nagata import Nagata, curvature_vectors
 from testbed_schemes.planar_frame import edge_normals
 
@@ -58,6 +59,14 @@ def test_the_middle_point_is_the_nearest_to_the_midpoint_in_both_tangent_planes(
     nearest = midpoint + np.einsum("eij,ej->ei", np.linalg.pinv(planes), heights)
     c, _ = curvature_vectors(edges, 1e-6)
     assert norm(midpoint - c / 2.0 - nearest).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", ["octahedron", "icosahedron"])
+def test_the_curves_are_peters_parabolas(name: str) -> None:
+    mesh = registry.dataset(name).mesh(0)
+    cubics = PetersCurve().network(mesh).along_sides()
+    middle = Nagata().fit(mesh).batches[0].control_points[:, [1, 4, 2]]  # type: ignore[attr-defined]
+    assert norm(0.5 * (3.0 * cubics[:, :, 1] - cubics[:, :, 0]) - middle).max() < 1e-12
 
 
 def test_nearly_parallel_normals_lose_no_digits() -> None:
