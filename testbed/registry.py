@@ -189,7 +189,7 @@ def build(sources: Iterable[tuple[str, ModuleType | Problem]]) -> Registry:
     unbuilt = [
         entry
         for implementation in hooks.hook.testbed_not_built.get_hookimpls()
-        for place in implementation.function()
+        for place in cast("Iterable[str]", implementation.function())
         for entry in _not_built_at(place)
     ]
     return Registry(MappingProxyType(classes), tuple(problems), tuple(sorted(unbuilt, key=lambda entry: entry.name)))

@@ -169,6 +169,25 @@ def _scheme_entry(
     return Entry(shorten(ratio), repr(ratio), ratio < HELPS[0])
 
 
+@dataclass(frozen=True)
+class _Place:
+    """What was found at a place: the schemes' errors on the usual curve, and the medians of the other curves."""
+
+    at: tuple[str, int]
+    values: Mapping[str, float]
+    medians: Mapping[str, float]
+
+    @property
+    def factor(self) -> float:
+        """Largest of the schemes' errors on the usual curve over the least."""
+        return max(self.values.values()) / min(self.values.values())
+
+    @property
+    def gain(self) -> float:
+        """Factor by which the best of the other curves lowers the error."""
+        return 1.0 / min(self.medians.values())
+
+
 def _sentences(
     grid: Grid,
     families: Mapping[str, Mapping[str, str]],
@@ -177,27 +196,60 @@ def _sentences(
     places: Sequence[tuple[str, int]],
 ) -> list[str]:
     column = QUANTITIES[0][0]
-    sentences = []
+    found = []
     for at in places:
-        values = scheme_values(grid, families, base, at, column)
-        if len(values) < 2:
-            continue
-        low, high = min(values, key=values.__getitem__), max(values, key=values.__getitem__)
         medians = {
             curve: statistics.median(ratios)
             for curve in curves
             if (ratios := curve_ratios(grid, families, base, curve, at, column))
         }
-        where = f"{at[0]}, level {at[1]}"
-        text = (
-            f"{where}: on {base} curves the {counted(len(values), 'scheme')} lie within a factor of "
-            f"{shorten(values[high] / values[low])} ({low} to {high})"
+        one = _Place(at, scheme_values(grid, families, base, at, column), medians)
+        if len(one.values) > 1 and one.medians:
+            found.append(one)
+    return [*_conclusion(grid, base, found), *(_sentence(base, one) for one in found)]
+
+
+def _sentence(base: str, one: _Place) -> str:
+    low, high = min(one.values, key=one.values.__getitem__), max(one.values, key=one.values.__getitem__)
+    helping = sorted((ratio, curve) for curve, ratio in one.medians.items() if ratio < HELPS[0])
+    named = [f"{curve} by {shorten(1.0 / ratio)}" for ratio, curve in helping[:3]]
+    curves = (
+        f"the error falls with {listed(named)}, {counted(len(helping), 'curve')} of {len(one.medians)} lower it"
+        if helping
+        else f"none of {counted(len(one.medians), 'other curve')} lowers it by a fifth"
+    )
+    return (
+        f"{one.at[0]}, level {one.at[1]}: on {base} curves the {counted(len(one.values), 'scheme')} lie within a "
+        f"factor of {shorten(one.factor)} ({low} to {high}); {curves}."
+    )
+
+
+def _conclusion(grid: Grid, base: str, found: Sequence[_Place]) -> list[str]:
+    """Return whether the survey's finding holds: nearly equal schemes, and curves that help on spheres only."""
+    if not found:
+        return []
+    factors = sorted(one.factor for one in found)
+    sentence = (
+        f"On {base} curves the error of the Gaussian curvature differs between the schemes by factors of "
+        f"{shorten(factors[0])} to {shorten(factors[-1])}."
+    )
+    helped = {one.at[0] for one in found if one.gain > 1.0 / HELPS[0]}
+    datasets = list(dict.fromkeys(one.at[0] for one in found))
+    spheres = {dataset for dataset in datasets if grid.shape(dataset) == "spheres"}
+    with_help, without = [d for d in datasets if d in helped], [d for d in datasets if d not in helped]
+    gains = sorted(one.gain for one in found if one.at[0] in helped)
+    parts = []
+    if with_help:
+        parts.append(
+            f"help on {listed(with_help)}, the best of them by factors of {shorten(gains[0])} to {shorten(gains[-1])}"
         )
-        helping = sorted((ratio, curve) for curve, ratio in medians.items() if ratio < HELPS[0])
-        if helping:
-            named = [f"{curve} by {shorten(1.0 / ratio)}" for ratio, curve in helping[:3]]
-            text += f"; the error falls with {listed(named)} on {counted(len(helping), 'curve')} of {len(medians)}"
-        else:
-            text += "; no other curve lowers it" if medians else ""
-        sentences.append(text + ".")
-    return sentences
+    if without:
+        parts.append(f"do not on {listed(without)}")
+    told = f"{sentence} Other curves {', and '.join(parts)}."
+    if spheres and len(spheres) < len(datasets):
+        holds = helped == spheres
+        told += (
+            " The survey's finding, that better boundary curves help on spheres and not on other surfaces, "
+            f"{'holds' if holds else 'does not hold'} here."
+        )
+    return [told]

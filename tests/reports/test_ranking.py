@@ -1,6 +1,7 @@
 """Rankings, the effects of curves and schemes, and groups of plots: from results made by hand with known factors."""
 
 import math
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -90,10 +91,25 @@ def test_the_effect_of_a_curve_is_its_error_over_the_usual_curve_s() -> None:
     assert not at["ring", 0].best
     by_scheme = {row.name: row.entries[0].text for row in found.comparisons[0].schemes}
     assert by_scheme == {"a": "0.500", "b": "1.00", "c": "4.00"}
-    ball, *_ = found.sentences
+    conclusion, ball, *_ = found.sentences
+    assert "by factors of 8.00 to 8.00" in conclusion
+    assert "Other curves help on ball, the best of them by factors of 4.00 to 4.00, and do not on ring." in conclusion
     assert "within a factor of 8.00 (a to c)" in ball
-    assert "falls with better by 4.00 on 1 curve of 1" in ball
-    assert any("ring" in sentence and "no other curve lowers it" in sentence for sentence in found.sentences)
+    assert "falls with better by 4.00, 1 curve of 1 lower it" in ball
+    assert any("ring" in sentence and "none of 1 other curve lowers it" in sentence for sentence in found.sentences)
+
+
+@pytest.mark.parametrize(
+    ("gains", "holds"), [({"ball": 0.25, "ring": 1.0}, True), ({"ball": 0.25, "ring": 0.5}, False)]
+)
+def test_the_survey_s_finding_is_judged(gains: dict[str, float], holds: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "CURVE", gains)
+    found = variants()
+    ball, ring = found.plan.datasets
+    grid = Grid.of(replace(found, plan=replace(found.plan, datasets=(replace(ball, shape="spheres"), ring))))
+    told = findings(grid)
+    assert told is not None
+    assert f"{'holds' if holds else 'does not hold'} here" in told.sentences[0]
 
 
 def test_schemes_on_one_curve_each_tell_nothing_of_curves() -> None:
