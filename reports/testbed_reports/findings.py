@@ -195,7 +195,24 @@ def _sentences(
     curves: Sequence[str],
     places: Sequence[tuple[str, int]],
 ) -> list[str]:
-    column = QUANTITIES[0][0]
+    """Return a conclusion for each quantity, and what was found about the first at each place."""
+    conclusions, details = [], []
+    for column, phrase in QUANTITIES:
+        if column in grid.columns:
+            found = _found(grid, families, base, curves, places, column)
+            conclusions += _conclusion(grid, base, found, phrase)
+            details = details or [_sentence(base, one) for one in found]
+    return [*conclusions, *details]
+
+
+def _found(
+    grid: Grid,
+    families: Mapping[str, Mapping[str, str]],
+    base: str,
+    curves: Sequence[str],
+    places: Sequence[tuple[str, int]],
+    column: str,
+) -> list[_Place]:
     found = []
     for at in places:
         medians = {
@@ -206,7 +223,7 @@ def _sentences(
         one = _Place(at, scheme_values(grid, families, base, at, column), medians)
         if len(one.values) > 1 and one.medians:
             found.append(one)
-    return [*_conclusion(grid, base, found), *(_sentence(base, one) for one in found)]
+    return found
 
 
 def _sentence(base: str, one: _Place) -> str:
@@ -224,18 +241,17 @@ def _sentence(base: str, one: _Place) -> str:
     )
 
 
-def _conclusion(grid: Grid, base: str, found: Sequence[_Place]) -> list[str]:
-    """Return whether the survey's finding holds: nearly equal schemes, and curves that help on spheres only."""
+def _conclusion(grid: Grid, base: str, found: Sequence[_Place], phrase: str) -> list[str]:
+    """Return how far schemes differ and where curves help; of curvature, whether the survey's finding holds."""
     if not found:
         return []
     factors = sorted(one.factor for one in found)
-    sentence = (
-        f"On {base} curves the error of the Gaussian curvature differs between the schemes by factors of "
-        f"{shorten(factors[0])} to {shorten(factors[-1])}."
+    told = (
+        f"{phrase[0].upper()}{phrase[1:]}: on {base} curves the schemes differ by factors of {shorten(factors[0])} to "
+        f"{shorten(factors[-1])}."
     )
     helped = {one.at[0] for one in found if one.gain > 1.0 / HELPS[0]}
     datasets = list(dict.fromkeys(one.at[0] for one in found))
-    spheres = {dataset for dataset in datasets if grid.shape(dataset) == "spheres"}
     with_help, without = [d for d in datasets if d in helped], [d for d in datasets if d not in helped]
     gains = sorted(one.gain for one in found if one.at[0] in helped)
     parts = []
@@ -245,11 +261,11 @@ def _conclusion(grid: Grid, base: str, found: Sequence[_Place]) -> list[str]:
         )
     if without:
         parts.append(f"do not on {listed(without)}")
-    told = f"{sentence} Other curves {', and '.join(parts)}."
-    if spheres and len(spheres) < len(datasets):
-        holds = helped == spheres
+    told += f" Other curves {', and '.join(parts)}."
+    spheres = {dataset for dataset in datasets if grid.shape(dataset) == "spheres"}
+    if phrase == QUANTITIES[0][1] and spheres and len(spheres) < len(datasets):
         told += (
             " The survey's finding, that better boundary curves help on spheres and not on other surfaces, "
-            f"{'holds' if holds else 'does not hold'} here."
+            f"{'holds' if helped == spheres else 'does not hold'} here."
         )
     return [told]

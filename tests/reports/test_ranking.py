@@ -91,7 +91,8 @@ def test_the_effect_of_a_curve_is_its_error_over_the_usual_curve_s() -> None:
     assert not at["ring", 0].best
     by_scheme = {row.name: row.entries[0].text for row in found.comparisons[0].schemes}
     assert by_scheme == {"a": "0.500", "b": "1.00", "c": "4.00"}
-    conclusion, ball, *_ = found.sentences
+    conclusion, distance, ball, *_ = found.sentences
+    assert distance.startswith("Largest distance: on usual curves the schemes differ by factors of 64.0 to 64.0.")
     assert "by factors of 8.00 to 8.00" in conclusion
     assert "Other curves help on ball, the best of them by factors of 4.00 to 4.00, and do not on ring." in conclusion
     assert "within a factor of 8.00 (a to c)" in ball
