@@ -196,7 +196,8 @@ def _sentences(
     places: Sequence[tuple[str, int]],
 ) -> list[str]:
     """Return a conclusion for each quantity, and what was found about the first at each place."""
-    conclusions, details = [], []
+    conclusions: list[str] = []
+    details: list[str] = []
     for column, phrase in QUANTITIES:
         if column in grid.columns:
             found = _found(grid, families, base, curves, places, column)
@@ -253,7 +254,7 @@ def _conclusion(grid: Grid, base: str, found: Sequence[_Place], phrase: str) -> 
     helped = {one.at[0] for one in found if one.gain > 1.0 / HELPS[0]}
     datasets = list(dict.fromkeys(one.at[0] for one in found))
     with_help, without = [d for d in datasets if d in helped], [d for d in datasets if d not in helped]
-    gains = sorted(one.gain for one in found if one.at[0] in helped)
+    gains = sorted(one.gain for one in found if one.gain > 1.0 / HELPS[0])
     parts = []
     if with_help:
         parts.append(
