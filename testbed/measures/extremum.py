@@ -24,6 +24,8 @@ ROUNDS = 40
 #: what their models promise.
 FIRST_ROUNDS = 2
 FINALISTS = 32
+#: Samples are neighbours up to this distance, in units of the square root of one over their number.
+NEIGHBOURS = 1.5
 
 
 @dataclass(frozen=True)
@@ -82,21 +84,27 @@ def maxima(
     margins
         For each part the corner distance to keep.
     candidates
-        How many patches, those with the best samples, the search looks into for each quantity.
+        From how many samples the search starts for each quantity: the best of each patch, and where there are fewer
+        patches every sample that is as good as its neighbours, because the highest sample may be beside a lower peak.
     """
     order = patch_order(surface)
-    part_of = np.repeat(np.arange(len(surface.parts)), [len(part.batch) for part in surface.parts])[order]
-    patch_of = np.concatenate([np.arange(len(part.batch)) for part in surface.parts])[order]
+    rank = np.empty(len(order), dtype=np.intp)
+    rank[order] = np.arange(len(order))
+    first = np.cumsum([0, *(len(part.batch) for part in surface.parts)])
     chosen = []
     for quantity in range(len(sampled[0]) if sampled else 0):
-        best = [values[quantity].argmax(axis=1) for values in sampled]
-        peak = np.concatenate([v[quantity][np.arange(len(b)), b] for v, b in zip(sampled, best, strict=True)])[order]
-        at = np.concatenate([where[b] for where, b in zip(places, best, strict=True)])[order]
+        starts = []
+        for part, (values, where) in enumerate(zip(sampled, places, strict=True)):
+            found = _starts(values[quantity], where, several=len(order) <= candidates)
+            starts.append((np.full(len(found[0]), part), *found, values[quantity][found], where[found[1]]))
+        part_of, patch_of, sample, peak, at = (np.concatenate(pieces) for pieces in zip(*starts, strict=True))
+        # by mesh face, and then by sample, as long as values are equal
+        by_face = np.lexsort((sample, rank[first[part_of] + patch_of]))
         # argmax takes NaN for the largest, and so does the order here: the first NaN leads
-        keys = np.where(np.isnan(peak), -np.inf, -peak)
-        lead = np.sort(np.argsort(keys, kind="stable")[:candidates])
+        keys = np.where(np.isnan(peak), -np.inf, -peak)[by_face]
+        lead = by_face[np.sort(np.argsort(keys, kind="stable")[:candidates])]
         if np.isnan(peak).any():
-            lead = np.flatnonzero(np.isnan(peak))[:1]
+            lead = by_face[np.flatnonzero(np.isnan(peak[by_face]))[:1]]
         chosen.append(_Candidates(np.full(len(lead), quantity), part_of[lead], patch_of[lead], at[lead], peak[lead]))
     if not chosen:
         return []
@@ -107,6 +115,30 @@ def maxima(
         )
     )
     return _refined(surface, start, [len(one.value) for one in chosen], quantities, margins, places)
+
+
+def _starts(values: Float, places: Float, *, several: bool) -> tuple[Int, Int]:
+    """Return patches and samples to start from: the best of each patch, or all that no neighbour is better than.
+
+    Parameters
+    ----------
+    values
+        (P, S) at the samples of patches.
+    places
+        (S, 2) the samples' domain points.
+    several
+        Whether to return all peaks of a patch.
+    """
+    best: Int = values.argmax(axis=1)
+    if not several:
+        return np.arange(len(values)), best
+    apart = np.hypot(*np.moveaxis(places[:, None] - places, -1, 0))
+    near = apart <= NEIGHBOURS / np.sqrt(len(places))
+    peaks = ((values[:, :, None] >= values[:, None]) | ~near).all(axis=2)
+    # NaN is no peak, and has to lead
+    peaks[np.arange(len(values)), best] = True
+    patches, samples = np.nonzero(peaks)
+    return patches, samples
 
 
 def patch_order(surface: Surface) -> Int:
