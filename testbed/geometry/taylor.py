@@ -38,20 +38,20 @@ class Taylor(NDArrayOperatorsMixin):
     vectors (patches, samples, 3) is three operations on long runs instead of many on three numbers.
     """
 
-    __slots__ = ("_planes",)
+    __slots__ = ("_held",)
 
-    _planes: Float  # (rows, *reversed value axes), the last ones contiguous
+    _held: Float
 
     def __init__(self, coefficients: Float) -> None:
         coefficients = np.asarray(coefficients, dtype=np.float64)
         if coefficients.ndim == 0 or len(coefficients) not in ROWS:
             raise ValueError(f"Taylor coefficients have 1, 3 or 6 rows, not the shape {coefficients.shape}")
-        self._planes = np.ascontiguousarray(np.moveaxis(coefficients, 0, -1).T)
+        self._held = np.ascontiguousarray(np.moveaxis(coefficients, 0, -1).T)
 
     @classmethod
     def _of(cls, planes: Float) -> "Taylor":
         taylor = cls.__new__(cls)
-        taylor._planes = planes
+        taylor._held = planes
         return taylor
 
     @classmethod
@@ -64,6 +64,11 @@ class Taylor(NDArrayOperatorsMixin):
             coefficients[1 + axis : 2 + axis] = 1.0  # an empty slice at order 0
             both.append(cls(coefficients))
         return both[0], both[1]
+
+    @property
+    def _planes(self) -> Float:
+        """Coefficients as they are held: (rows, *reversed value axes), the last ones contiguous."""
+        return self._held
 
     @property
     def coefficients(self) -> Float:
@@ -176,7 +181,8 @@ def _power(a: Any, exponent: Any) -> Taylor:
 
 def _vecdot(a: Any, b: Any) -> Taylor:
     """Scalar product over the last value axis, in one multiplication."""
-    return _sum(a * b, -1)
+    product: Taylor = a * b
+    return product.sum(-1)
 
 
 _RULES: Mapping[np.ufunc, Callable[..., Float]] = MappingProxyType(
@@ -193,8 +199,8 @@ _RULES: Mapping[np.ufunc, Callable[..., Float]] = MappingProxyType(
     }
 )
 
-#: Components of vectors, turned.
-_YZX, _ZXY = [1, 2, 0], [2, 0, 1]
+#: Components of vectors, turned; for vector products.
+YZX, ZXY = [1, 2, 0], [2, 0, 1]
 
 _CHOICES: Mapping[np.ufunc, Callable[..., Taylor]] = MappingProxyType(
     {
@@ -315,7 +321,7 @@ def _cross(a: Any, b: Any) -> Taylor:
     """Vector product over the last value axis, in two multiplications of vectors whose components are turned."""
     a, b = _same_order((a, b))
     p, q = _operands(a, b)
-    (p_yzx, p_zxy), (q_yzx, q_zxy) = ((x[:, _YZX], x[:, _ZXY]) for x in (p, q))
+    (p_yzx, p_zxy), (q_yzx, q_zxy) = ((x[:, YZX], x[:, ZXY]) for x in (p, q))
     return Taylor._of(truncated.multiply(p_yzx, q_zxy) - truncated.multiply(p_zxy, q_yzx))
 
 

@@ -23,7 +23,7 @@ def _add_products_of_first(result: Float, p: Float, q: Float, sign: Callable[...
     pure = products.reshape(4, *mixed.shape)[::3]
     pure += pure
     sign(result[3::2], pure, out=result[3::2])
-    sign(result[4], mixed, out=result[4])
+    sign(result[4:5], mixed, out=result[4:5])
 
 
 def linear(ufunc: Callable[..., Float], p: Float, q: Float) -> Float:
