@@ -25,6 +25,7 @@ import numpy as np
 
 from testbed.errors import Refused, SpecError
 from testbed.geometry.blended import BlendedTriangles
+from testbed.geometry.composed import weighted_sum
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm, tangential
@@ -35,10 +36,8 @@ from testbed_schemes.side_vertex import (
     CORNER_MARGIN,
     J,
     K,
-    hermite_derivative,
-    hermite_deviation,
     hermite_weights,
-    side_vertex_blend,
+    separable_blend,
 )
 
 #: Least cosine of the angle between a chord and its projection: computed from the sine, it has lost half of its digits
@@ -72,6 +71,18 @@ class Nielson(Scheme):
     name = "nielson"
     title = "Nielson"
     reference = "Nielson 1987; Mann 1992, section 2.3.2"
+    formula = (
+        "sum beta_i G_i, G_i = g_v[V_i, N_i, X(s), n(s)](b_j + b_k) with s = b_k / (b_j + b_k), X = g_v[V_j, N_j, V_k, "
+        "N_k] and n its g_n; beta_i = b_j b_k / (b_0 b_1 + b_1 b_2 + b_2 b_0)."
+    )
+    status = (
+        "As printed: the construction and the blend. Fill: the operators, described in words, and that g_n is "
+        "perpendicular to X', which is not said and without which normals jump. Circular tangents are ours."
+    )
+    failures = (
+        "Dented where edges turn far: K on the octahedron of radius 1 is in [0.59, 2.51], with tangents=circular in "
+        "[0.93, 1.05]. Curvature at a vertex depends on the direction. Refuses edges along a normal of their ends."
+    )
     needs = Data.NORMALS
     matches = Data.POINTS | Data.NORMALS
     continuity = Continuity.G1
@@ -86,34 +97,39 @@ class Nielson(Scheme):
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build one blended patch a face."""
-        tangents = edge_tangents(mesh, self.fullness, self.tangents)
-        check_corners(self, mesh, *tangents)
-        check_sides(self, mesh, *tangents)
+        leaving, arriving = edge_tangents(self, mesh, self.fullness, self.tangents)
+        edges, half = mesh.edge_data, np.full(len(mesh.edges), 0.5)
+        coefficients = side_normals(edges.p1 - edges.p0, leaving, arriving, *edge_normals(edges))
+        check_middles(self, mesh, side_normal(coefficients, half, half))
+        check_corners(self, mesh, leaving, -arriving)
+        check_sides(self, mesh, leaving, -arriving)
         points, normals = mesh.corner_points(), mesh.corner_normals()
+        legs = corner_tangents(points, normals, self.fullness, self.tangents)
         formula = partial(nielson_patch, fullness=self.fullness, tangents=self.tangents)
-        # tangents at corner i towards corners i + 1 and i + 2
-        ends = np.stack([np.roll(points, -1, axis=1), np.roll(points, -2, axis=1)], axis=2)
-        legs = tangent(ends - points[:, :, None], normals[:, :, None], self.fullness, self.tangents)
-        data = patch_data(points, normals, legs)
-        return Surface.over_faces(mesh, BlendedTriangles(formula, data, points, legs, CORNER_MARGIN))
+        patches = BlendedTriangles(formula, patch_data(points, normals, legs), points, legs, CORNER_MARGIN)
+        return Surface.over_faces(mesh, patches)
+
+
+def corner_tangents(points: Float, normals: Float, fullness: float, tangents: Tangents) -> Float:
+    """Return the tangents (P, 3, 2, 3) of g_v at corner i towards corners i + 1 and i + 2."""
+    ends = np.stack([np.roll(points, -1, axis=1), np.roll(points, -2, axis=1)], axis=2)
+    return tangent(ends - points[:, :, None], normals[:, :, None], fullness, tangents)
 
 
 def patch_data(points: Float, normals: Float, legs: Float) -> dict[str, Float]:
-    """What the formula takes: vertices, normals and sides (P, 3, 3) from the corner tangents (P, 3, 2, 3), by vertex.
+    """What the formula takes, from vertices, normals (P, 3, 3) and corner tangents (P, 3, 2, 3), by vertex.
 
     The side of a vertex is the opposite one, from vertex j to vertex k.
     """
-    leaving, arriving = legs[:, J, 0], -legs[:, K, 1]
+    side, leaving, arriving = points[:, K] - points[:, J], legs[:, J, 0], -legs[:, K, 1]
     return {
         "points": points,
         "normals": normals,
         "to_j": points[:, J] - points,
         "to_k": points[:, K] - points,
-        "side": points[:, K] - points[:, J],
-        "leaving": leaving,
-        "arriving": arriving,
-        "across_j": cross(normals[:, J], leaving),
-        "across_k": cross(normals[:, K], arriving),
+        "leaving": leaving - side,
+        "arriving": arriving - side,
+        "side_normals": side_normals(side, leaving, arriving, normals[:, J], normals[:, K]),
     }
 
 
@@ -125,45 +141,61 @@ def nielson_patch(
     normals: Float,
     to_j: Float,
     to_k: Float,
-    side: Float,
     leaving: Float,
     arriving: Float,
-    across_j: Float,
-    across_k: Float,
+    side_normals: Float,
     fullness: float,
     tangents: Tangents,
 ) -> Float:
-    """Points (..., 3) of the patch from :func:`patch_data`, (..., 3, 3) each."""
+    """Points (..., 3) of the patch.
 
-    def deviation(r: Float, rest: Float, s: Float, rest_s: Float) -> Float:
+    Parameters
+    ----------
+    points, normals
+        (..., 3, 3) at the vertices.
+    to_j, to_k
+        (..., 3, 3) chords from each vertex to the next two.
+    leaving, arriving
+        (..., 3, 3) end tangents of the opposite side, less its chord.
+    side_normals
+        (..., 3, 4, 3) normals along it, see :func:`side_normals`.
+    """
+
+    def terms(r: Float, rest: Float, s: Float, rest_s: Float) -> tuple[tuple[Float, ...], tuple[Float, ...]]:
         # the side's point, seen from the flat side and from the vertex, and its normal
-        off_side = hermite_deviation(side, leaving, arriving, s, rest_s)
-        chord = rest_s[..., None] * to_j + s[..., None] * to_k + off_side
-        normal = side_normal(side, leaving, arriving, across_j, across_k, s, rest_s)
-        # the curve to it; its tangents are stretch (chord - height n)
+        product = s * rest_s
+        off_side = weighted_sum((product * rest_s, -product * s), (leaving, arriving))
+        chord = weighted_sum((rest_s, s), (to_j, to_k)) + off_side
+        normal = side_normal(side_normals, s, rest_s)
+        # tangents of the curve to it; by Pythagoras the cosine to the chord is that of the sine height / |chord| |n|
         square, size = np.vecdot(chord, chord), np.vecdot(normal, normal)
-        along, first, last = hermite_weights(r, rest)
         height0, height1 = np.vecdot(chord, normals), np.vecdot(chord, normal)
-        # by Pythagoras the cosine between chord and tangent is that of the sine height / |chord| |n|
         cosine0, cosine1 = (np.sqrt(1.0 - sine2) for sine2 in (height0**2 / square, height1**2 / (square * size)))
-        first, last = first * stretch(cosine0, fullness, tangents), last * stretch(cosine1, fullness, tangents)
-        result: Float = (
-            r[..., None] * off_side
-            + (along + first - last)[..., None] * chord
-            - (first * height0)[..., None] * normals
-            + (last * (height1 / size))[..., None] * normal
-        )
-        return result
+        first = stretch(cosine0, fullness, tangents)[..., None] * (chord - height0[..., None] * normals)
+        last = stretch(cosine1, fullness, tangents)[..., None] * (chord - (height1 / size)[..., None] * normal)
+        return (r, *hermite_weights(r, rest)), (off_side, chord, first, last)
 
-    return side_vertex_blend(deviation, points, b0, b1, b2)
+    return separable_blend(terms, points, b0, b1, b2)
 
 
-def side_normal(
-    side: Float, leaving: Float, arriving: Float, across0: Float, across1: Float, s: Float, rest_s: Float
-) -> Float:
-    """Normals (..., 3) of g_n, not of length one: X'(s) x ((1 - s) N_j x X'(0) + s N_k x X'(1))."""
-    across = rest_s[..., None] * across0 + s[..., None] * across1
-    normal: Float = np.cross(hermite_derivative(side, leaving, arriving, s, rest_s), across)
+def side_normals(chord: Float, leaving: Float, arriving: Float, normal0: Float, normal1: Float) -> Float:
+    """Coefficients (..., 4, 3) of g_n, not of length one: X'(s) x ((1 - s) N_j x X'(0) + s N_k x X'(1)).
+
+    They belong to the powers (1 - s)^3, (1 - s)^2 s, (1 - s) s^2 and s^3.
+    """
+    across0, across1 = cross(normal0, leaving), cross(normal1, arriving)
+    # X' = (1 - s)^2 X'(0) + (1 - s) s middle + s^2 X'(1)
+    middle = 6.0 * chord - 2.0 * (leaving + arriving)
+    inner0 = cross(leaving, across1) + cross(middle, across0)
+    inner1 = cross(middle, across1) + cross(arriving, across0)
+    return np.stack([cross(leaving, across0), inner0, inner1, cross(arriving, across1)], axis=-2)
+
+
+def side_normal(coefficients: Float, s: Float, rest_s: Float) -> Float:
+    """Normals (..., 3) of g_n, from their coefficients."""
+    product = s * rest_s
+    weights = rest_s * rest_s * rest_s, product * rest_s, product * s, s * s * s
+    normal: Float = weighted_sum(weights, [coefficients[..., r, :] for r in range(4)])
     return normal
 
 
@@ -178,29 +210,30 @@ def stretch(c: Float, fullness: float, tangents: Tangents) -> Float:
     return fullness / c if tangents == "chord" else 2.0 * fullness / (c * (1.0 + c))
 
 
-def edge_tangents(mesh: HermiteMesh, fullness: float, tangents: Tangents) -> tuple[Float, Float]:
-    """Return the tangents of g_v at both ends of the edges, (E, 3) each, both away from their vertex.
+def edge_tangents(scheme: Scheme, mesh: HermiteMesh, fullness: float, tangents: Tangents) -> tuple[Float, Float]:
+    """Return the tangents of g_v at both ends of the edges, (E, 3) each, as the edges run.
 
-    Refused if there are edges on which the operators are not defined; the message names the first one's vertices.
+    Refused if there are edges on which the operator is not defined; the message names the first one's vertices.
     """
     edges = mesh.edge_data
     chord, (n0, n1) = edges.p1 - edges.p0, edge_normals(edges)
-    length, shadow = norm(chord), np.minimum(norm(tangential(chord, n0)), norm(tangential(chord, n1)))
-    undefined: Bool = np.asarray(~(shadow > SHADOW * length))
-    refuse(mesh, undefined, "is parallel to the normal at one of its ends")
-    leaving, arriving = tangent(chord, n0, fullness, tangents), tangent(chord, n1, fullness, tangents)
-    half = np.full(len(chord), 0.5)
-    middle = side_normal(chord, leaving, arriving, cross(n0, leaving), cross(n1, arriving), half, half)
-    vanishes: Bool = np.asarray(~(norm(middle) > PARALLEL * length**2))
-    refuse(mesh, vanishes, "has no normal half-way, where those of its ends cancel out")
-    return leaving, -arriving
+    shadow = np.minimum(norm(tangential(chord, n0)), norm(tangential(chord, n1)))
+    undefined: Bool = np.asarray(~(shadow > SHADOW * norm(chord)))
+    refuse(scheme, mesh, undefined, "is parallel to the normal at one of its ends")
+    return tangent(chord, n0, fullness, tangents), tangent(chord, n1, fullness, tangents)
 
 
-def refuse(mesh: HermiteMesh, unfit: Bool, why: str) -> None:
+def check_middles(scheme: Scheme, mesh: HermiteMesh, middle: Float) -> None:
+    """Refuse edges whose normals (E, 3) half-way, of the size of the chord's square, vanish."""
+    vanishes: Bool = np.asarray(~(norm(middle) > PARALLEL * norm(mesh.edge_data.p1 - mesh.edge_data.p0) ** 2))
+    refuse(scheme, mesh, vanishes, "has no normal half-way, where those of its ends cancel out")
+
+
+def refuse(scheme: Scheme, mesh: HermiteMesh, unfit: Bool, why: str) -> None:
     """Raise Refused if any edge (E,) is unfit."""
     if unfit.any():
         i, j = mesh.edges[unfit][0].tolist()
         raise Refused(
-            f"{Nielson.name} takes no edge that {why}: the edge from vertex {i} to vertex {j}, the first of "
+            f"{scheme} takes no edge that {why}: the edge from vertex {i} to vertex {j}, the first of "
             f"{int(unfit.sum())}; check the normals"
         )

@@ -1,5 +1,7 @@
 """Nielson's scheme: interpolation, tangent planes along the edges, planes, invariance, and the published sphere."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from testbed.errors import Refused, SpecError
 from testbed.geometry import curvature
+from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.domain import CORNERS, corner_distance, lattice
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
@@ -141,6 +144,24 @@ def test_a_point_by_hand() -> None:
         expected += piece * b[j] * b[k] / (b[0] * b[1] + b[1] * b[2] + b[2] * b[0])
     result = Nielson().fit(mesh).evaluate(np.array([7]), b[None], order=0).f[0]
     np.testing.assert_allclose(result, expected, atol=1e-14)
+
+
+def test_normals_not_perpendicular_to_the_edge_break_tangent_planes() -> None:
+    """Mann 1992 asks of g_n that it is continuous and has the normals at the ends; its property 2 needs more."""
+    mesh = perturbed_icosahedron()
+    surface = Nielson().fit(mesh)
+    batch = surface.parts[0].batch
+    assert isinstance(batch, BlendedTriangles)
+    # (1 - s) N_j + s N_k, times ((1 - s) + s)^2
+    n = mesh.corner_normals()
+    nj, nk = np.roll(n, -1, axis=1), np.roll(n, -2, axis=1)
+    linear = np.stack([nj, 2.0 * nj + nk, nj + 2.0 * nk, nk], axis=2)
+    assert linear.shape == batch.data["side_normals"].shape
+    other = dataclasses.replace(batch, data={**batch.data, "side_normals": linear})
+    surface = Surface.over_faces(mesh, other)
+    left, right = surface.edge_jets(surface.edges[surface.edges.interior], T, 1)
+    assert norm(left.f - right.f).max() < 1e-14
+    assert np.degrees(angle_between(left.normal, right.normal)).max() > 1.0
 
 
 def test_planes_are_reproduced_with_their_linear_parameters() -> None:
