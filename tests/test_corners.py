@@ -13,6 +13,7 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, tangential
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Scheme
+from testbed.plugins.scheme import Data as VertexData
 
 quick = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 seeds = st.integers(0, 2**32 - 1)
@@ -99,7 +100,11 @@ def test_two_faces_folded_over_their_edge_are_refused() -> None:
 
 
 SCHEMES = registry.catalogue(Scheme)  # type: ignore[type-abstract]
-G1 = [name for name, scheme in SCHEMES.items() if scheme.continuity is Continuity.G1]
+G1 = [
+    name
+    for name, scheme in SCHEMES.items()
+    if scheme.continuity is Continuity.G1 and VertexData.NORMALS in scheme.needs
+]
 
 
 @pytest.mark.parametrize("name", G1)
