@@ -168,8 +168,10 @@ def test_one_face_is_itself() -> None:
 
 
 def test_crowded_boundaries_and_faces_back_to_back_are_refused() -> None:
-    with pytest.raises(Refused, match="vertex 0 of the boundary, where 6 faces meet"):
+    with pytest.raises(Refused, match="at most 5 faces at a vertex of the boundary, and 6 meet at vertex 0"):
         Loop().fit(spokes(6, closed=False))
+    with pytest.raises(Refused, match="at most 1000 faces at a vertex inside, and 1001 meet at vertex 0"):
+        Loop().fit(spokes(1001, closed=True, rings=1))
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     with pytest.raises(Refused, match="two faces lie back to back"):
         Loop().fit(HermiteMesh(points, [[0, 1, 2], [0, 2, 1]]))
