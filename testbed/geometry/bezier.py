@@ -11,7 +11,7 @@ import numpy as np
 from testbed.geometry.bernstein import triangle_degree
 from testbed.geometry.evaluation import project, tensor_jets, triangle_jets
 from testbed.geometry.jets import Jet
-from testbed.geometry.patches import PatchBatch
+from testbed.geometry.patches import PatchBatch, polynomial_work
 from testbed.geometry.vectors import Bool, Float, Int, as_float
 
 
@@ -56,8 +56,8 @@ class BezierTriangles(PatchBatch):
 
     @property
     def work(self) -> float:
-        """Control points of a patch over those of a cubic triangle."""
-        return float(self.control_points.shape[1] / 10)
+        """By its control points; see :class:`PatchBatch`."""
+        return polynomial_work(self.control_points.shape[1])
 
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""
@@ -116,8 +116,8 @@ class RationalBezierTriangles(PatchBatch):
 
     @property
     def work(self) -> float:
-        """Control points of a patch over those of a cubic triangle, and the division."""
-        return float(1.5 * self.control_points.shape[1] / 10)
+        """By its control points, and the division; see :class:`PatchBatch`."""
+        return 1.3 * polynomial_work(self.control_points.shape[1])
 
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""
@@ -163,8 +163,8 @@ class BezierQuads(PatchBatch):
 
     @property
     def work(self) -> float:
-        """Control points of a patch over those of a cubic triangle."""
-        return float(self.control_points.shape[1] * self.control_points.shape[2] / 10)
+        """By its control points; see :class:`PatchBatch`."""
+        return polynomial_work(self.control_points.shape[1] * self.control_points.shape[2])
 
     def jets(self, at: Float, order: int = 2) -> Jet:
         """Jets at (S, 2) or (P, S, 2); see :meth:`PatchBatch.jets`."""

@@ -16,7 +16,7 @@ import numpy as np
 from testbed.geometry.domain import barycentric, corner_distance
 from testbed.geometry.evaluation import apply_table
 from testbed.geometry.jets import ROWS, Jet
-from testbed.geometry.patches import PatchBatch
+from testbed.geometry.patches import PatchBatch, polynomial_work
 from testbed.geometry.taylor import Taylor
 from testbed.geometry.vectors import Bool, Float, Int, as_float
 
@@ -69,8 +69,8 @@ class TabulatedTriangles(PatchBatch):
 
     @property
     def work(self) -> float:
-        """Control points of a patch over those of a cubic triangle."""
-        return float(self.control_points.shape[1] / 10)
+        """By its control points; see :class:`PatchBatch`."""
+        return polynomial_work(self.control_points.shape[1])
 
     def functions(self, at: Float, order: int) -> Float:
         """Jets of the n functions at points (..., 2), (n, 1 | 3 | 6, ...); second derivatives are NaN at corners."""

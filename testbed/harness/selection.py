@@ -15,7 +15,7 @@ from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Scheme
 
 #: Faces that cost as much as what every cell costs: building the mesh, preparing the measures, storing the result.
-OVERHEAD: Final = 500.0
+OVERHEAD: Final = 1000.0
 #: Work of a plain run: a face of one cubic triangle, fitted and measured, is 1 and takes some 15 microseconds, so that
 #: this takes a processor between four and five minutes, and two processors half of that.
 BUDGET: Final = 18e6
