@@ -34,6 +34,7 @@ import numpy as np
 from testbed.errors import Refused, SpecError
 from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.blocks import in_blocks
+from testbed.geometry.composed import weighted_sum
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, dot, norm, quadratic_form, tangential
@@ -47,7 +48,7 @@ from testbed_schemes.continuity_conditions.hagen_pottmann import (
 )
 from testbed_schemes.planar_frame import edge_normals
 from testbed_schemes.quintic_hermite import quintic_derivatives, quintic_deviation, quintic_weights
-from testbed_schemes.side_vertex import CORNER_MARGIN, Deviation, J, K
+from testbed_schemes.side_vertex import CORNER_MARGIN, J, K, separable_blend
 
 #: Least cosine of the angle between a chord and its projection: computed from the sine, it has lost half of its digits
 #: here, and all of them at the square.
@@ -246,38 +247,26 @@ def hagen_pottmann_patch(
         :func:`side_data` of the side opposite to each vertex.
     """
 
-    def deviation(r: Float, rest: Float, s: Float, rest_s: Float) -> Float:
+    def terms(r: Float, rest: Float, s: Float, rest_s: Float) -> tuple[tuple[Float, ...], tuple[Float, ...]]:
         # the side's point, seen from the flat side and from the vertex, and the fields there
         off_side = quintic_deviation(side, s, rest_s)
-        chord = rest_s[..., None] * to_j + s[..., None] * to_k + off_side
+        chord = weighted_sum((rest_s, s), (to_j, to_k)) + off_side
         field = side_field(side, ends, across, s, rest_s)
         # the curve to it has tangents k (chord - height n), and normal parts -k^2 II n of second derivatives
         square, height0, height1 = (np.vecdot(chord, a) for a in (chord, normals, field.normal))
         k0, k1 = (stretch(sine2, tangents) for sine2 in (height0**2 / square, height1**2 / (square * field.square)))
-        form0 = np.vecdot(chord, np.einsum("...ij,...j->...i", forms, chord))
+        form0 = k0**2 * np.vecdot(chord, np.einsum("...ij,...j->...i", forms, chord))
+        form1 = k1**2 * field.second_form(chord) / np.sqrt(field.square)
+        leaving = k0[..., None] * (chord - height0[..., None] * normals)
+        arriving = k1[..., None] * (chord - (height1 / field.square)[..., None] * field.normal)
         along, first, last, bend0, bend1 = quintic_weights(r, rest, mu)
-        first, last = k0 * first, k1 * last
-        normal_part0 = first * height0 + bend0 * k0**2 * form0
-        normal_part1 = last * height1 / field.square - bend1 * k1**2 * field.second_form(chord) / np.sqrt(field.square)
-        result: Float = (
-            r[..., None] * off_side
-            + (along + first - last)[..., None] * chord
-            - normal_part0[..., None] * normals
-            + normal_part1[..., None] * field.normal
+        return (
+            (r, along, first, -last, -bend0, -bend1),
+            (off_side, chord, leaving, arriving, form0[..., None] * normals, form1[..., None] * field.normal),
         )
-        return result
 
-    return curvature_blend(deviation, points, b0, b1, b2)
-
-
-def curvature_blend(deviation: Deviation, points: Float, b0: Float, b1: Float, b2: Float) -> Float:
-    """Blend three patches as :func:`testbed_schemes.side_vertex.side_vertex_blend` does, with the squares of (2.14)."""
-    bi, bj, bk = (np.stack(b, axis=-1) for b in ((b0, b1, b2), (b1, b2, b0), (b2, b0, b1)))
-    products, r = (bj * bk) ** 2, bj + bk
-    shares = products / products.sum(axis=-1, keepdims=True)
-    blended = shares[..., None] * deviation(r, bi, bk / r, bj / r)
-    result: Float = np.sum(bi[..., None] * points, axis=-2) + np.sum(blended, axis=-2)
-    return result
+    # with the squares of (2.14)
+    return separable_blend(terms, points, b0, b1, b2, 2)
 
 
 def tangent(chord: Float, normal: Float, tangents: Tangents) -> Float:

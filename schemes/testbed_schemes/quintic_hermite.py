@@ -5,6 +5,7 @@ along the curve. Complements of parameters are given, never computed as one minu
 for Taylors too.
 """
 
+from testbed.geometry.composed import weighted_sum
 from testbed.geometry.vectors import Float
 
 
@@ -51,7 +52,5 @@ def quintic_derivatives(curve: Float, t: Float, rest: Float) -> tuple[Float, Flo
 
 def combined(curve: Float, weights: tuple[Float, ...]) -> Float:
     """Sum of the rows of ``curve`` (..., n, 3), weighted (...), one after the other."""
-    total: Float = weights[0][..., None] * curve[..., 0, :]
-    for row, weight in enumerate(weights[1:], start=1):
-        total = total + weight[..., None] * curve[..., row, :]
+    total: Float = weighted_sum(weights, [curve[..., row, :] for row in range(len(weights))])
     return total
