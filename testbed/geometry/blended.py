@@ -18,7 +18,7 @@ Formula: TypeAlias = Callable[..., Float]
 
 #: Points evaluated together to second order, twice as many to first: a few vectors with their derivatives stay in the
 #: cache.
-CHUNK = 3072
+CHUNK = 4000
 
 
 def _frozen(values: Float) -> Float:
