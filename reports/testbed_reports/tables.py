@@ -51,7 +51,7 @@ KNOWN: Final = (
     Quantity("gauss_error_rms", "error of Gaussian curvature", "rms", "least"),
     Quantity("gauss_error_max", "error of Gaussian curvature", "max", "least"),
     Quantity("epsilon_deg", "", "normal jump ε (°)", "least"),
-    Quantity("curvature_jump_max", "", "curvature jump", "least"),
+    Quantity("curvature_jump_max", "", "curvature jump"),
     Quantity("gap_max", "", "gap"),
 )
 LAST: Final = (
