@@ -159,3 +159,10 @@ def test_info_tells_why_a_published_scheme_is_not_built() -> None:
     assert told.returncode == 0
     assert "not built" in told.stdout
     assert "farin-1983" in command_line("list", "schemes").stdout
+
+
+@pytest.mark.parametrize("command", ["run", "check", "sweep", "tune"])
+def test_help_shows_how_parameters_are_written(command: str) -> None:
+    told = " ".join(command_line(command, "--help").stdout.split())
+    assert "name[field=value,...]" in told.replace(" │ │ ", " ").replace("│ │ ", "")
+    assert "[boundary=hermite]" in told

@@ -25,12 +25,12 @@ Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines inst
 Schemes = Annotated[
     list[str] | None,
     typer.Option(
-        "-s", "--scheme", metavar="SCHEME", help="A scheme, as name or name[field=value,...]; may be repeated."
+        "-s", "--scheme", metavar="SCHEME", help="A scheme, as name or name\\[field=value,...]; may be repeated."
     ),
 ]
 Datasets = Annotated[
     list[str] | None,
-    typer.Option("-d", "--dataset", metavar="DATASET", help="A dataset, as name[field=value,...] or mesh:PATH."),
+    typer.Option("-d", "--dataset", metavar="DATASET", help="A dataset, as name\\[field=value,...] or mesh:PATH."),
 ]
 Levels = Annotated[
     str | None,
@@ -53,7 +53,7 @@ Jobs = Annotated[
 ]
 Directory = Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where the results are kept.")]
 
-Studied = Annotated[str, typer.Argument(metavar="SCHEME", help="The scheme, as name or name[field=value,...].")]
+Studied = Annotated[str, typer.Argument(metavar="SCHEME", help="The scheme, as name or name\\[field=value,...].")]
 StudiedData = Annotated[
     list[str], typer.Option("-d", "--dataset", metavar="DATASET", help="A dataset; may be repeated.")
 ]
@@ -72,7 +72,9 @@ def options(
     del show_traceback
 
 
-@app.command(epilog="[dim]Example:[/dim]  testbed run -s 'shirman-sequin[boundary=hermite]' -s nielson -d torus -o out")
+@app.command(
+    epilog="[dim]Example:[/dim]  testbed run -s 'shirman-sequin\\[boundary=hermite]' -s nielson -d torus -o out"
+)
 def run(
     *,
     schemes: Schemes = None,
@@ -87,11 +89,9 @@ def run(
     parquet: Annotated[bool, typer.Option("--parquet", help="Write results.parquet too.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Compute schemes x datasets x levels, and write tables and a page.
+    """Compute schemes x datasets x levels, and write tables and a page; what was computed before is reused.
 
-    Without -s, -d, -b, --levels or --all: all schemes on all datasets, up to levels that are done in a few minutes;
-    what is left out is said. What was computed before with the same sources is reused, so that an interrupted run goes
-    on where it was.
+    A plain run takes all schemes to levels that are done in a few minutes, and says what it leaves out.
     """
     from testbed.cli.running import Grid, run_command
 
@@ -151,9 +151,11 @@ def info(
     info_command(name, as_json=as_json)
 
 
-@app.command(epilog="[dim]Example:[/dim]  testbed check 'triangular-gregory[boundary=hermite]'")
+@app.command(epilog="[dim]Example:[/dim]  testbed check 'triangular-gregory\\[boundary=hermite]'")
 def check(
-    names: Annotated[list[str], typer.Argument(metavar="SCHEME...", help="Schemes, as name or name[field=value,...].")],
+    names: Annotated[
+        list[str], typer.Argument(metavar="SCHEME...", help="Schemes, as name or name\\[field=value,...].")
+    ],
     *,
     as_json: Json = False,
 ) -> None:
@@ -206,7 +208,7 @@ def reproduce(
 
 
 @app.command(
-    epilog="[dim]Example:[/dim]  testbed sweep 'jensen[boundary=hermite]' --over jensen_c=0.9:1.4:26 -d octahedron"
+    epilog="[dim]Example:[/dim]  testbed sweep 'jensen\\[boundary=hermite]' --over jensen_c=0.9:1.4:26 -d octahedron"
 )
 def sweep(
     scheme: Studied,
@@ -240,7 +242,7 @@ def sweep(
     raise typer.Exit(sweep_command(study, as_json=as_json))
 
 
-@app.command(epilog="[dim]Example:[/dim]  testbed tune 'shirman-sequin[boundary=hermite]' -d octahedron")
+@app.command(epilog="[dim]Example:[/dim]  testbed tune 'shirman-sequin\\[boundary=hermite]' -d octahedron")
 def tune(
     scheme: Studied,
     *,
