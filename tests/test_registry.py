@@ -189,7 +189,7 @@ def test_schemes_that_are_not_built_are_told_with_the_reason_and_what_comes_near
         assert set(entry.nearest) <= set(known.classes[Scheme])
 
 
-@pytest.mark.parametrize("text", ["[[scheme]]\nname = 'a'", "scheme = 3 =", "[[scheme]]\nname = 'a'\nnearest = 1\nx = 2"])
+@pytest.mark.parametrize("text", ["[[scheme]]\nname = 'a'", "scheme = 3 =", "[[scheme]]\nname = 'a'\nx = 2"])
 def test_a_list_of_schemes_not_built_is_checked(text: str) -> None:
     with pytest.raises(PluginError, match="here"):
         read_not_built(text, "here")

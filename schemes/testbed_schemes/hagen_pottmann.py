@@ -31,13 +31,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from testbed.errors import Refused, SpecError
+from testbed.errors import Refused
 from testbed.geometry.blended import BlendedTriangles
 from testbed.geometry.blocks import in_blocks
 from testbed.geometry.composed import weighted_sum
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, dot, norm, quadratic_form, tangential
+from testbed.plugins.base import check_finite
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.continuity_conditions.hagen_pottmann import (
@@ -108,8 +109,7 @@ class HagenPottmann(Scheme):
 
     def __post_init__(self) -> None:
         """Check the parameter."""
-        if not np.isfinite(self.mu):
-            raise SpecError(f"{self.name}: mu must be finite, and here it is {self.mu}")
+        check_finite(self, "mu")
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build one blended patch a face."""

@@ -12,15 +12,13 @@ cubic where split cubics would fit; the thesis does not say how Jensen sets it, 
 from dataclasses import dataclass
 from types import MappingProxyType
 
-import numpy as np
-
-from testbed.errors import SpecError
 from testbed.geometry.bernstein import elevate_curve
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.blocks import in_blocks
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
+from testbed.plugins.base import check_finite
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
@@ -73,8 +71,7 @@ class Jensen(Scheme):
 
     def __post_init__(self) -> None:
         """Check the shape parameter."""
-        if not np.isfinite(self.jensen_c):
-            raise SpecError(f"{self.name}: jensen_c must be finite, and here it is {self.jensen_c}")
+        check_finite(self, "jensen_c")
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build three quartics a face."""

@@ -17,11 +17,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
-from testbed.errors import SpecError
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
+from testbed.plugins.base import check_finite
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
@@ -75,8 +73,7 @@ class NielsonNetwork(Scheme):
 
     def __post_init__(self) -> None:
         """Check the shape parameter."""
-        if not np.isfinite(self.jensen_c):
-            raise SpecError(f"{self.name}: jensen_c must be finite, and here it is {self.jensen_c}")
+        check_finite(self, "jensen_c")
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build one patch a face."""

@@ -28,6 +28,7 @@ from testbed.geometry.curves import CurveNetwork
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
 from testbed.geometry.vectors import Bool, Float, Int, norm
+from testbed.plugins.base import check_finite
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.peters import PetersCurve
@@ -104,8 +105,7 @@ class Peters(Scheme):
         """Check the parameters."""
         if not (np.isfinite(self.tol) and self.tol > 0.0):
             raise SpecError(f"{self.name}: tol must be positive and finite, and here it is {self.tol}")
-        if not np.isfinite(self.jensen_c):
-            raise SpecError(f"{self.name}: jensen_c must be finite, and here it is {self.jensen_c}")
+        check_finite(self, "jensen_c")
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build three cubics a face, or three quartics; counts the quartic faces."""

@@ -11,12 +11,10 @@ published 3/4 bends 3/2 times as much, and is meant for the looks of coarse mesh
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from testbed.errors import SpecError
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, tangential
+from testbed.plugins.base import check_finite
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.nagata import quadratic_triangles
 from testbed_schemes.planar_frame import edge_normals
@@ -60,8 +58,7 @@ class Phong(Scheme):
 
     def __post_init__(self) -> None:
         """Check alpha."""
-        if not np.isfinite(self.alpha):
-            raise SpecError(f"{self.name}: alpha must be finite, and here it is {self.alpha}")
+        check_finite(self, "alpha")
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Return the quadratic triangles."""

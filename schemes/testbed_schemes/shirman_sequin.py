@@ -21,6 +21,7 @@ from testbed.geometry.blocks import in_blocks
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
+from testbed.plugins.base import check_finite
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
@@ -77,8 +78,7 @@ class ShirmanSequin(Scheme):
         alpha = np.asarray(self.alpha2, dtype=np.float64)
         if not (np.isfinite(alpha) & (alpha > 0.0)).all():
             raise SpecError(f"{self.name}: alpha2 must be positive and finite, and here it is {self.alpha2}")
-        if not np.isfinite(self.jensen_c):
-            raise SpecError(f"{self.name}: jensen_c must be finite, and here it is {self.jensen_c}")
+        check_finite(self, "jensen_c")
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build three quartics a face."""

@@ -2,10 +2,13 @@
 
 import dataclasses
 import json
+import math
 import re
 from abc import ABC
 from pathlib import Path
 from typing import Any, ClassVar
+
+from testbed.errors import SpecError
 
 #: Text that can stand unquoted as a parameter value: nothing that ends a value or looks like another type's text.
 _BARE = re.compile(r"[A-Za-z_][\w./+-]*")
@@ -63,6 +66,13 @@ class Plugin(ABC):
         """Return this plugin and those its fields hold, depth first."""
         inner = [getattr(self, field.name) for field in dataclasses.fields(self)]
         return (self, *(deeper for value in inner if isinstance(value, Plugin) for deeper in value.nested()))
+
+
+def check_finite(plugin: Plugin, *names: str) -> None:
+    """Raise SpecError for a parameter of a plugin that is infinite or not a number."""
+    for name in names:
+        if not math.isfinite(getattr(plugin, name)):
+            raise SpecError(f"{plugin.name}: {name} must be finite, and here it is {getattr(plugin, name)}")
 
 
 def format_value(value: Any) -> str:
