@@ -7,9 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from testbed.conformance.meshes import torus
 from testbed.geometry.bernstein import curve_tables
+from testbed.geometry.domain import lattice
 from testbed.geometry.taylor import Taylor
 from testbed.geometry.vectors import Float
+from testbed.plugins.scheme import Scheme
+from testbed_schemes.hagen_pottmann import HagenPottmann
+from testbed_schemes.nielson import Nielson
+from testbed_schemes.nielson_conic import NielsonConic
 from testbed_schemes.side_vertex import hermite_weights, separable_blend, side_vertex_blend
 
 seeds = st.integers(0, 2**32 - 1)
@@ -97,3 +103,17 @@ def test_hermite_weights_are_those_of_the_cubic_less_its_chord() -> None:
     expected = curve_tables(3, t, 0)[0] @ control - t[:, None] * chord
     found = np.stack(hermite_weights(t, 1.0 - t), axis=-1) @ np.stack([chord, first, last])
     np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("scheme", [Nielson(), NielsonConic(), HagenPottmann()], ids=str)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_no_bit_of_a_jet_depends_on_the_other_patches_and_points(scheme: Scheme, order: int) -> None:
+    batch, at = scheme.fit(torus(8, 5, 3)).batches[0], lattice(3, 9)
+    together = batch.jets(at, order).coefficients
+    np.testing.assert_array_equal(batch.take(slice(7, 8)).jets(at, order).coefficients, together[:, 7:8])
+    np.testing.assert_array_equal(batch.jets(at[11:12], order).coefficients, together[:, :, 11:12])
+    own = np.broadcast_to(at, (len(batch), *at.shape))
+    np.testing.assert_array_equal(
+        batch.take(slice(7, 8)).jets(own[7:8, 11:12], order).coefficients,
+        batch.jets(own, order).coefficients[:, 7:8, 11:12],
+    )
