@@ -50,7 +50,7 @@ def write_sweep_plot(directory: Path, sweep: Sweep, table: "pd.DataFrame") -> tu
 
 
 def draw_sweep(sweep: Sweep, table: "pd.DataFrame") -> "Figure":
-    """Return the figure: a row of panels for each quantity, a column for each dataset."""
+    """Return the figure: a row of panels for each quantity on one scale, a column for each dataset."""
     from matplotlib.figure import Figure
 
     across, line_of = _roles(sweep.axes)
@@ -59,16 +59,21 @@ def draw_sweep(sweep: Sweep, table: "pd.DataFrame") -> "Figure":
     width, height = (1.35 * SIZE[0], 1.25 * SIZE[1]) if mapped else (1.25 * SIZE[0], 1.1 * SIZE[1])
     figure = Figure(figsize=(width * columns, height * rows + 0.35), layout="constrained")
     figure.suptitle(sweep.scheme, x=0.01, ha="left", fontsize=9.5)
-    panels = figure.subplots(rows, columns, squeeze=False)
+    panels = figure.subplots(rows, columns, squeeze=False, sharey="row")
     for one, row in zip(sweep.objectives, panels, strict=True):
-        for dataset, axes in zip(sweep.datasets, row, strict=True):
+        numbers = [values(sweep, table, one, dataset) for dataset in sweep.datasets]
+        # what is compared has one scale
+        everywhere = [value for found, given in numbers for value in (*found, given)]
+        for dataset, axes, (found, given) in zip(sweep.datasets, row, numbers, strict=True):
             axes.set_title(f"{dataset}, level {sweep.level}")
-            found, given = values(sweep, table, one, dataset)
+            axes.yaxis.set_tick_params(labelleft=True)
             statuses = table.loc[(table["dataset"] == dataset) & (table["setting"] >= 0), "status"].tolist()
             if mapped:
-                _map(axes, sweep, one, found)
+                _map(axes, sweep, one, found, everywhere)
             else:
                 _lines(axes, sweep, one, (across, line_of), found, given, statuses)
+                if _logarithmic(everywhere):
+                    axes.set_yscale("log")
     return figure
 
 
@@ -101,8 +106,6 @@ def _lines(
     axes.grid(visible=True, color="#e4e4e4", linewidth=0.6)
     axes.set_axisbelow(True)
     place = _places(axes.xaxis, axis)
-    if _logarithmic([*found, given]):
-        axes.set_yscale("log")
     series = sweep.axes[line_of].texts if line_of is not None else ("",)
     for position, text in enumerate(series):
         chosen = [
@@ -138,7 +141,7 @@ def _lines(
     axes.legend(fontsize=7.5, frameon=False)
 
 
-def _map(axes: "Axes", sweep: Sweep, one: Objective, found: Sequence[float]) -> None:
+def _map(axes: "Axes", sweep: Sweep, one: Objective, found: Sequence[float], everywhere: Sequence[float]) -> None:
     import numpy as np
     from matplotlib.colors import LogNorm, Normalize
 
@@ -155,8 +158,9 @@ def _map(axes: "Axes", sweep: Sweep, one: Objective, found: Sequence[float]) -> 
         axes.set_ylim(_edges(y)[0], _edges(y)[-1])
         axes.text(0.5, 0.5, "no setting has a value", transform=axes.transAxes, ha="center")
         return
-    logarithmic = _logarithmic(found)
-    least, most = _limits([float(value) for value in grid.compressed()], logarithmic, maximise=sweep.maximise)
+    logarithmic = _logarithmic(everywhere)
+    known = [value for value in everywhere if math.isfinite(value)]
+    least, most = _limits(known, logarithmic, maximise=sweep.maximise)
     norm = LogNorm(least, most) if logarithmic else Normalize(least, most)
     # light is good
     colours = COLOURS if sweep.maximise else f"{COLOURS}_r"
