@@ -37,7 +37,7 @@ LONGEST = 30.0
 #: Places that a sentence may name, and words that say what to do.
 PLACE = re.compile(r"\b(vertex|vertices|faces?|edges?|points|normals?|second forms?|fundamental forms)\b")
 ADVICE = re.compile(
-    r"\b(check|correct|give|leave|let|make|mend|move|put|refine|remove|replace|reverse|scale|turn|use|install)\b"
+    r"\b(check|correct|flip|give|leave|let|make|mend|move|put|refine|remove|replace|reverse|scale|turn|use|install)\b"
 )
 
 
