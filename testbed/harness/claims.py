@@ -176,6 +176,8 @@ def _interpolation(scheme: PlannedScheme, dataset: PlannedDataset, data: str, ow
 
     # the claim ends where the scheme says that it had to depart from its construction
     departed = own["fallbacks"].fillna(0) > 0 if data == "SECOND_FORMS" and "fallbacks" in own else own["level"] < 0
+    if len(own) and departed.all():
+        return verdict("not testable", nan, "every level has fallbacks, and the claim ends there")
     obstacle = _obstacle(own[~departed], (column,))
     if obstacle:
         return verdict("not testable", nan, obstacle)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from testbed.harness.plan import make_plan
@@ -10,11 +11,15 @@ from testbed.harness.run import run
 
 
 @pytest.fixture(scope="module")
-def verdicts(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str, str], str]:
+def claims(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
     directory: Path = tmp_path_factory.mktemp("claims")
     schemes = ["flat", "pn-triangle", "cubic-interpolant"]
     run(make_plan(schemes, ["octahedron", "torus[phase=0]", "mesh", "plane"], "0"), directory)
-    claims = read_results(directory).claims
+    return read_results(directory).claims
+
+
+@pytest.fixture(scope="module")
+def verdicts(claims: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     return {(row["scheme"], row["claim"], row["dataset"]): row["verdict"] for _, row in claims.iterrows()}
 
 
@@ -29,6 +34,12 @@ def test_a_claim_that_ends_at_a_fallback_is_not_judged_there(verdicts: dict[tupl
     """Twenty diagonals of the published torus have no geometric Hermite curve."""
     assert verdicts["cubic-interpolant", "matches second forms", "torus[phase=0.0]"] == "not testable"
     assert verdicts["cubic-interpolant", "matches normals", "torus[phase=0.0]"] == "met"
+
+
+def test_the_reason_says_that_every_level_has_fallbacks(claims: pd.DataFrame) -> None:
+    chosen = (claims["scheme"] == "cubic-interpolant") & (claims["claim"] == "matches second forms")
+    (reason,) = claims.loc[chosen & (claims["dataset"] == "torus[phase=0.0]"), "reason"]
+    assert "every level has fallbacks" in reason
 
 
 def test_a_refused_scheme_has_matched_nothing(verdicts: dict[tuple[str, str, str], str]) -> None:
