@@ -4,27 +4,35 @@ import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 from testbed.measures.convergence import FLOOR
 from testbed_reports.formatting import NOTHING, Entry, counted, listed, shorten
 from testbed_reports.grid import Grid, Row, is_ok
 
+#: Datasets that a criterion is about.
+Where: TypeAlias = Literal["all", "spheres", "other surfaces"]
+
 
 @dataclass(frozen=True)
 class Criterion:
-    """What schemes are ranked by: a column, its heading, its name in a sentence."""
+    """What schemes are ranked by: a column, its heading, its name in a sentence, and the datasets it is about."""
 
     column: str
     heading: str
     phrase: str
+    where: Where = "all"
 
 
+#: Spheres apart: what fits them may fit nothing else.
 CRITERIA: Final = (
     Criterion("gauss_error_rms", "K error rms", "the least error of the Gaussian curvature, root mean square"),
+    Criterion("gauss_error_rms", "K error rms", "the least error of the Gaussian curvature", "spheres"),
+    Criterion("gauss_error_rms", "K error rms", "the least error of the Gaussian curvature", "other surfaces"),
     Criterion("gauss_error_max", "K error max", "the least largest error of the Gaussian curvature"),
-    Criterion("distance_rms", "distance rms", "the least distance, root mean square"),
     Criterion("distance_max", "distance max", "the least largest distance"),
+    Criterion("distance_max", "distance max", "the least largest distance", "spheres"),
+    Criterion("distance_max", "distance max", "the least largest distance", "other surfaces"),
     Criterion("normal_max_deg", "normal error max", "the least largest normal error"),
 )
 #: As many schemes are named as the best at something.
@@ -81,14 +89,20 @@ class Ranking:
 
 def ranking(grid: Grid) -> Ranking | None:
     """Return the ranking of the schemes of a run, or None if there are not two schemes and a dataset to rank on."""
-    criteria = tuple(one for one in CRITERIA if one.column in grid.columns)
+    columns = {one.column for one in CRITERIA}
     places = tuple(
         (dataset, level)
         for dataset in grid.datasets
         if grid.shape(dataset) != "planes"
         and (level := grid.compared(dataset)) is not None
-        and any(_values(grid.at(dataset, level), one.column) for one in criteria)
+        and any(_values(grid.at(dataset, level), column) for column in columns)
     )
+    spheres = [place for place in places if grid.shape(place[0]) == "spheres"]
+    others = [place for place in places if place not in spheres]
+    about: dict[Where, Sequence[tuple[str, int]]] = {"all": places}
+    if spheres and others:
+        about |= {"spheres": spheres, "other surfaces": others}
+    criteria = tuple(one for one in CRITERIA if one.column in grid.columns and one.where in about)
     if not criteria or not places or len(grid.schemes) < 2:
         return None
     present = [
@@ -96,8 +110,8 @@ def ranking(grid: Grid) -> Ranking | None:
         for position in range(len(grid.schemes))
         if all(is_ok(grid.at(dataset, level)[position]) for dataset, level in places)
     ]
-    factors = {one.column: mean_factors(grid, places, present, one.column) for one in criteria}
-    order = sorted(present, key=lambda position: (factors[criteria[0].column].get(position, math.inf), position))
+    factors = {one: mean_factors(grid, about[one.where], present, one.column) for one in criteria}
+    order = sorted(present, key=lambda position: (factors[criteria[0]].get(position, math.inf), position))
     rows = tuple(_row(grid, position, criteria, factors) for position in order)
     unranked = tuple(
         _missing(grid, position, places) for position in range(len(grid.schemes)) if position not in present
@@ -142,12 +156,12 @@ def _values(rows: Sequence[Row | None], column: str) -> list[float]:
 
 
 def _row(
-    grid: Grid, position: int, criteria: Sequence[Criterion], factors: Mapping[str, Mapping[int, float]]
+    grid: Grid, position: int, criteria: Sequence[Criterion], factors: Mapping[Criterion, Mapping[int, float]]
 ) -> RankedScheme:
     entries = []
     for one in criteria:
-        value = factors[one.column].get(position)
-        least = min(factors[one.column].values(), default=math.nan)
+        value = factors[one].get(position)
+        least = min(factors[one].values(), default=math.nan)
         entries.append(
             Entry(NOTHING)
             if value is None
@@ -179,19 +193,22 @@ def _missing(grid: Grid, position: int, places: Sequence[tuple[str, int]]) -> st
     return scheme
 
 
-def _sentences(grid: Grid, criteria: Sequence[Criterion], factors: Mapping[str, Mapping[int, float]]) -> "list[str]":
+def _sentences(
+    grid: Grid, criteria: Sequence[Criterion], factors: Mapping[Criterion, Mapping[int, float]]
+) -> "list[str]":
     """Return who is best at what, among all schemes and among those whose joins are smooth."""
     smooth = {position for position, scheme in enumerate(grid.plan.schemes) if scheme.continuity != "C0"}
     sentences = []
     for one in criteria:
-        ranked = sorted((value, position) for position, value in factors[one.column].items())
+        ranked = sorted((value, position) for position, value in factors[one].items())
         if len(ranked) < 2:
             continue
         parts = [_best(grid, ranked)]
         among = [(value, position) for value, position in ranked if position in smooth]
         if len(among) > 1 and among[0] != ranked[0]:
             parts.append(f"of those with continuous tangent planes {_best(grid, among)}")
-        sentences.append(f"{one.phrase[0].upper()}{one.phrase[1:]}: {'; '.join(parts)}.")
+        where = "" if one.where == "all" else f" on {one.where}"
+        sentences.append(f"{one.phrase[0].upper()}{one.phrase[1:]}{where}: {'; '.join(parts)}.")
     return sentences
 
 

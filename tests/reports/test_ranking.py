@@ -53,6 +53,25 @@ def test_factors_are_geometric_means_over_the_datasets() -> None:
     assert any("a (1.00), b (2.00) and c (8.00)" in sentence for sentence in found.sentences)
 
 
+def test_spheres_and_other_surfaces_are_ranked_apart() -> None:
+    def make(scheme: str, dataset: str, level: int) -> Outcome:
+        done = made(scheme, dataset, level)
+        best = {"ball": "c", "ring": "a"}[dataset]
+        values = {**(done.values or {}), "gauss_error_rms": 1.0 if scheme == best else 5.0}
+        return replace(done, values=values)
+
+    found = results(("a", "b", "c"), ("ball", "ring"), 2, make, shape=None, columns=WITH_ERRORS)
+    ball, ring = found.plan.datasets
+    plan = replace(found.plan, datasets=(replace(ball, shape="spheres"), ring))
+    ranked = ranking(Grid.of(replace(found, plan=plan)))
+    assert ranked is not None
+    assert any("on spheres: c (1.00)" in sentence for sentence in ranked.sentences)
+    assert any("on other surfaces: a (1.00)" in sentence for sentence in ranked.sentences)
+    (whole,) = [i for i, one in enumerate(ranked.criteria) if (one.column, one.where) == ("gauss_error_rms", "all")]
+    factors = {row.scheme: float(row.factors[whole].exact) for row in ranked.rows}
+    assert factors == pytest.approx({"a": 5.0**0.5, "b": 5.0, "c": 5.0**0.5})
+
+
 def test_a_scheme_without_a_surface_on_some_dataset_is_not_ranked_and_named() -> None:
     def make(scheme: str, dataset: str, level: int) -> Outcome:
         return Outcome("refused", "no") if (scheme, dataset) == ("b", "ring") else made(scheme, dataset, level)
