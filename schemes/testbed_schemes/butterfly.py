@@ -24,7 +24,7 @@ from testbed.geometry.surface import Part, Surface
 from testbed.geometry.vectors import Float, Int
 from testbed.plugins.base import Plugin
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.triangle_subdivision import (
+from testbed_schemes.mathematics.triangle_subdivision import (
     Triangulation,
     check_size,
     check_two_sided,

@@ -20,7 +20,7 @@ from testbed.geometry.vectors import Float, Int, cross, dot, norm
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.hermite import Hermite
-from testbed_schemes.quadratic_precision import quadratic_precision_centre
+from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
 
 #: Singular values of the three normals below this, relative to the largest, count as zero: half of the digits, so that
 #: the tangential place of the centre keeps the other half. Normals of a smooth surface have singular values of order 1,

@@ -30,7 +30,7 @@ from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields
-from testbed_schemes.edge_deviations import CornerFunctions, blended_basis, deviation_surface
+from testbed_schemes.mathematics.edge_deviations import CornerFunctions, blended_basis, deviation_surface
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class GregoryCharrot(Scheme):
 
 
 def boolean_sum_basis(b0: Any, b1: Any, b2: Any) -> Any:
-    """Return the functions of the corners and deviations, see :func:`testbed_schemes.edge_deviations.blended_basis`."""
+    """Return the functions of the corners and deviations, see :func:`mathematics.edge_deviations.blended_basis`."""
     return blended_basis(b0, b1, b2, boolean_sums)
 
 

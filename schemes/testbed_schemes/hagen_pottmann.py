@@ -47,9 +47,9 @@ from testbed_schemes.continuity_conditions.hagen_pottmann import (
     curvature_field,
     end_field,
 )
-from testbed_schemes.planar_frame import edge_normals
-from testbed_schemes.quintic_hermite import quintic_derivatives, quintic_deviation, quintic_weights
-from testbed_schemes.side_vertex import CORNER_MARGIN, J, K, separable_blend
+from testbed_schemes.mathematics.planar_frame import edge_normals
+from testbed_schemes.mathematics.quintic_hermite import quintic_derivatives, quintic_deviation, quintic_weights
+from testbed_schemes.mathematics.side_vertex import CORNER_MARGIN, J, K, separable_blend
 
 #: Least cosine of the angle between a chord and its projection: computed from the sine, it has lost half of its digits
 #: here, and all of them at the square.

@@ -5,7 +5,7 @@ formula: conics on the edges, a rational quadratic patch, its degree raised and 
 polynomial ones in four dimensions, control points adjusted there for a G1 join, projection back. The steps are followed
 here; conics, weights and the adjustment are fills, and Hansford's own could not be established.
 
-Conics: :mod:`testbed_schemes.edge_conics`, Q0, Q1, Q2 with weights 1, w, 1. All points below are vectors (w P, w). The
+Conics: :mod:`mathematics.edge_conics`, Q0, Q1, Q2 with weights 1, w, 1. All points below are vectors (w P, w). The
 de Casteljau points of a conic, L0(t) and L1(t), span its point and tangent. The second rows of quartics on both sides,
 sum_r B^3_r(t) F_r, join with a common tangent plane if they are linearly dependent on L0, L1 and one more vector:
 
@@ -36,9 +36,9 @@ from testbed.geometry.vectors import Float, dot, norm
 from testbed.plugins.corners import check_corners
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, conormal
-from testbed_schemes.edge_conics import EdgeConics, edge_conics
-from testbed_schemes.planar_frame import PlanarFrame, curve_from_legs, planar_frame
-from testbed_schemes.split_domain import J, K, c1_ring, cubic_reproducing_inner, subdivided_cubics
+from testbed_schemes.mathematics.edge_conics import EdgeConics, edge_conics
+from testbed_schemes.mathematics.planar_frame import PlanarFrame, curve_from_legs, planar_frame
+from testbed_schemes.mathematics.split_domain import J, K, c1_ring, cubic_reproducing_inner, subdivided_cubics
 
 Inner: TypeAlias = Literal["fitted", "kept"]
 

@@ -23,7 +23,14 @@ from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, cross_boundary_points
-from testbed_schemes.split_domain import J, K, SplitFaces, c1_ring, corner_neighbours, cubic_reproducing_inner
+from testbed_schemes.mathematics.split_domain import (
+    J,
+    K,
+    SplitFaces,
+    c1_ring,
+    corner_neighbours,
+    cubic_reproducing_inner,
+)
 
 
 @dataclass(frozen=True)

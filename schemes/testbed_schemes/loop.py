@@ -2,7 +2,7 @@
 
 One linear system for the whole mesh gives control vertices whose limits are the data. After one step of subdivision a
 face has at most one irregular corner: its four pieces are quartic Bezier triangles where they have none, and otherwise
-evaluated exactly (:mod:`testbed_schemes.loop_corners`). The surface is C2 but for the irregular vertices, where it has
+evaluated exactly (:mod:`mathematics.loop_corners`). The surface is C2 but for the irregular vertices, where it has
 a tangent plane; its curvature is unbounded at those of valence 3 and from 7 on, and at vertices of the boundary with
 four or five faces. Normals are not read and not matched.
 
@@ -23,10 +23,10 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
 from testbed.geometry.vectors import Float, Int
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.box_spline import bezier_nets, patch_vertices, reflected
-from testbed_schemes.loop_corners import CornerKind, LoopCorners
-from testbed_schemes.loop_subdivision import interpolating_vertices, subdivided
-from testbed_schemes.triangle_subdivision import (
+from testbed_schemes.mathematics.box_spline import bezier_nets, patch_vertices, reflected
+from testbed_schemes.mathematics.loop_corners import CornerKind, LoopCorners
+from testbed_schemes.mathematics.loop_subdivision import interpolating_vertices, subdivided
+from testbed_schemes.mathematics.triangle_subdivision import (
     Triangulation,
     check_two_sided,
     refined_places,

@@ -22,7 +22,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, Int
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.butterfly import MOST, across, butterfly_rule, check_depth, facets, four_point_rule
-from testbed_schemes.triangle_subdivision import (
+from testbed_schemes.mathematics.triangle_subdivision import (
     Triangulation,
     check_size,
     check_two_sided,

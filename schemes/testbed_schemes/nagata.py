@@ -21,7 +21,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, dot, norm
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.planar_frame import STRAIGHT, edge_normals
+from testbed_schemes.mathematics.planar_frame import STRAIGHT, edge_normals
 from testbed_schemes.quadratic_interpolant import CORNERS, MIDDLES
 
 

@@ -31,8 +31,8 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, cross, norm, tangential
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.planar_frame import PARALLEL, edge_normals
-from testbed_schemes.side_vertex import (
+from testbed_schemes.mathematics.planar_frame import PARALLEL, edge_normals
+from testbed_schemes.mathematics.side_vertex import (
     CORNER_MARGIN,
     J,
     K,

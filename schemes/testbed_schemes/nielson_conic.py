@@ -29,9 +29,9 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, cross, dot
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
+from testbed_schemes.mathematics.planar_frame import edge_normals
+from testbed_schemes.mathematics.side_vertex import CORNER_MARGIN, J, K, hermite_weights, side_vertex_blend
 from testbed_schemes.nielson import check_middles, corner_tangents, edge_tangents
-from testbed_schemes.planar_frame import edge_normals
-from testbed_schemes.side_vertex import CORNER_MARGIN, J, K, hermite_weights, side_vertex_blend
 
 
 @dataclass(frozen=True)

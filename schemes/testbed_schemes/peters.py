@@ -34,8 +34,8 @@ from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.peters import PetersCurve
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, cross_boundary_points
 from testbed_schemes.continuity_conditions.peters import CubicJoin, quadratic_boundary_point
-from testbed_schemes.planar_frame import edge_normals
-from testbed_schemes.split_domain import (
+from testbed_schemes.mathematics.planar_frame import edge_normals
+from testbed_schemes.mathematics.split_domain import (
     J,
     K,
     c1_cubics,

@@ -25,8 +25,14 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, dot, norm
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.planar_frame import PARALLEL, STRAIGHT, curve_from_legs, edge_normals, projected_tangents
-from testbed_schemes.quadratic_precision import quadratic_precision_centre
+from testbed_schemes.mathematics.planar_frame import (
+    PARALLEL,
+    STRAIGHT,
+    curve_from_legs,
+    edge_normals,
+    projected_tangents,
+)
+from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, tangential
 from testbed.plugins.base import check_finite
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
+from testbed_schemes.mathematics.planar_frame import edge_normals
 from testbed_schemes.nagata import quadratic_triangles
-from testbed_schemes.planar_frame import edge_normals
 
 
 @dataclass(frozen=True)

@@ -28,8 +28,8 @@ from testbed.plugins.corners import check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.piper import nearest_join
-from testbed_schemes.quadratic_precision import quadratic_precision_centre
-from testbed_schemes.split_domain import c1_ring, subdivided_cubics
+from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
+from testbed_schemes.mathematics.split_domain import c1_ring, subdivided_cubics
 
 #: Places in a quartic sub-patch: the second row along its edge, and N_i.
 ROW, INNER = [2, 4, 7, 11], 8

@@ -14,7 +14,7 @@ from testbed.geometry.nets import CENTRE, boundary_net
 from testbed.geometry.surface import Surface
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.piper import PiperCurve
-from testbed_schemes.quadratic_precision import quadratic_precision_centre
+from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
 from testbed.plugins.corners import check_corners
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.planar_frame import STRAIGHT, planar_coefficients, planar_frame
+from testbed_schemes.mathematics.planar_frame import STRAIGHT, planar_coefficients, planar_frame
 
 #: Control points of a quadratic triangle beside its corners 200, 020, 002: the middles of the sides 01, 12, 20.
 CORNERS, MIDDLES = [0, 3, 5], [1, 4, 2]

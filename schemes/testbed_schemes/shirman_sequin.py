@@ -26,7 +26,7 @@ from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, cross_boundary_points
-from testbed_schemes.split_domain import J, K, SplitFaces, corner_neighbours, sum_near_corners
+from testbed_schemes.mathematics.split_domain import J, K, SplitFaces, corner_neighbours, sum_near_corners
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from testbed.geometry.surface import Surface
 from testbed.plugins.base import check_finite
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.blended_quartics import blended_basis, blended_surface, gregory_basis
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, cross_boundary_points
+from testbed_schemes.mathematics.blended_quartics import blended_basis, blended_surface, gregory_basis
 
 
 @dataclass(frozen=True)

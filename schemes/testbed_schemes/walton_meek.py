@@ -15,9 +15,9 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.blended_quartics import blended_surface, gregory_basis
 from testbed_schemes.boundary_curves.walton_meek import WaltonMeekCurve
 from testbed_schemes.continuity_conditions.chiyokura_kimura import check_fields, quadratic_field_points
+from testbed_schemes.mathematics.blended_quartics import blended_surface, gregory_basis
 
 
 @dataclass(frozen=True)

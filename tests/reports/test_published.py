@@ -45,7 +45,7 @@ from testbed_reports.published import (
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.optimized import Optimized
 from testbed_schemes.cubic_interpolant import CubicInterpolant
-from testbed_schemes.planar_frame import planar_frame
+from testbed_schemes.mathematics.planar_frame import planar_frame
 
 #: A row of a file in the format of published.toml.
 ROW = """

@@ -16,12 +16,12 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import Basis, TabulatedTriangles
 from testbed.geometry.vectors import Float, angle_between, norm
 from testbed.plugins.boundary import BoundaryCurve
-from testbed_schemes.blended_quartics import CORNER_MARGIN, corner_table, gregory_basis
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.boundary_curves.walton_meek import WaltonMeekCurve
 from testbed_schemes.herron import Herron, herron_basis
+from testbed_schemes.mathematics.blended_quartics import CORNER_MARGIN, corner_table, gregory_basis
 from testbed_schemes.triangular_gregory import TriangularGregory, longhi_basis
 from testbed_schemes.walton_meek import WaltonMeek
 

@@ -13,8 +13,8 @@ from testbed.geometry.vectors import Float, norm
 from testbed.plugins.scheme import Scheme
 from testbed_schemes import butterfly, modified_butterfly
 from testbed_schemes.butterfly import Butterfly
+from testbed_schemes.mathematics.triangle_subdivision import Triangulation
 from testbed_schemes.modified_butterfly import ModifiedButterfly
-from testbed_schemes.triangle_subdivision import Triangulation
 
 BOTH = [Butterfly, ModifiedButterfly]
 

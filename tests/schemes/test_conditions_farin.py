@@ -12,8 +12,8 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, cross, dot, norm
 from testbed_schemes.continuity_conditions.farin import end_weights, matching_row, residual
 from testbed_schemes.jensen import Jensen
+from testbed_schemes.mathematics.split_domain import J
 from testbed_schemes.shirman_sequin import ShirmanSequin
-from testbed_schemes.split_domain import J
 
 T = np.linspace(0.0, 1.0, 21)
 seeds = st.integers(0, 2**32 - 1)

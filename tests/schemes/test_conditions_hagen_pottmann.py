@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from testbed.geometry.vectors import Float, cross, dot, quadratic_form, tangential, unit
 from testbed_schemes.continuity_conditions.hagen_pottmann import CurvatureField, EndField, curvature_field, end_field
-from testbed_schemes.quintic_hermite import quintic_derivatives
+from testbed_schemes.mathematics.quintic_hermite import quintic_derivatives
 
 S = np.linspace(0.0, 1.0, 33)
 seeds = st.integers(0, 2**32 - 1)

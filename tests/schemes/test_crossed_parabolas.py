@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from testbed_schemes.crossed_parabolas import positive_solutions
+from testbed_schemes.mathematics.crossed_parabolas import positive_solutions
 
 
 def test_all_positive_solutions_of_two_crossed_parabolas_are_found() -> None:

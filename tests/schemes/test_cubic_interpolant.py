@@ -12,7 +12,7 @@ from testbed.geometry.nets import CENTRE
 from testbed.geometry.vectors import Float, angle_between, dot, norm
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.cubic_interpolant import CubicInterpolant, centre_points
-from testbed_schemes.quadratic_precision import quadratic_precision_centre
+from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
 
 
 def gauss(name: str, level: int, steps: int) -> Float:

@@ -12,8 +12,8 @@ from testbed.geometry.vectors import dot, norm, unit
 from testbed_schemes.boundary_curves.circular import Circular
 from testbed_schemes.boundary_curves.conic import ConicCurve
 from testbed_schemes.boundary_curves.planar import Planar
-from testbed_schemes.edge_conics import edge_conics
-from testbed_schemes.planar_frame import planar_frame
+from testbed_schemes.mathematics.edge_conics import edge_conics
+from testbed_schemes.mathematics.planar_frame import planar_frame
 
 
 @pytest.mark.parametrize("degrees", [1.0, 45.0, 90.0, 170.0])

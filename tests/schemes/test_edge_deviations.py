@@ -14,8 +14,8 @@ from testbed.geometry.tabulated import TabulatedTriangles
 from testbed.geometry.vectors import Float, angle_between
 from testbed.plugins.scheme import Scheme
 from testbed_schemes.boundary_curves.projected import Projected
-from testbed_schemes.edge_deviations import CORNER_MARGIN
 from testbed_schemes.gregory_charrot import GregoryCharrot, boolean_sum_basis
+from testbed_schemes.mathematics.edge_deviations import CORNER_MARGIN
 from testbed_schemes.nielson_network import NielsonNetwork, side_vertex_basis
 
 both_bases = pytest.mark.parametrize("basis", [side_vertex_basis, boolean_sum_basis])

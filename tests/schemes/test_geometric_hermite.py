@@ -19,7 +19,7 @@ from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.hermite_space import HermiteSpace, end_equations
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
-from testbed_schemes.geometric_hermite import speed_variation
+from testbed_schemes.mathematics.geometric_hermite import speed_variation
 
 
 @pytest.mark.parametrize("degrees", [1.0, 10.0, 30.0, 51.3, 59.9])

@@ -17,7 +17,7 @@ from testbed.geometry.taylor import Taylor
 from testbed.geometry.vectors import Float, angle_between, cross, dot, norm, quadratic_form, unit
 from testbed.measures.corner_forms import corner_forms
 from testbed_schemes.hagen_pottmann import HagenPottmann, side_data, stretch
-from testbed_schemes.side_vertex import separable_blend
+from testbed_schemes.mathematics.side_vertex import separable_blend
 
 VARIANTS = [HagenPottmann(), HagenPottmann("arc"), HagenPottmann(mu=0.7), HagenPottmann("arc", -0.4)]
 MESHES = {case.name: case.mesh for case in cases(3)}

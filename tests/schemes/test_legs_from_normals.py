@@ -17,7 +17,7 @@ from testbed_schemes.boundary_curves.piper import PiperCurve
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.boundary_curves.walton_meek import WaltonMeekCurve
-from testbed_schemes.planar_frame import planar_frame
+from testbed_schemes.mathematics.planar_frame import planar_frame
 
 
 def test_projected_and_planar_legs_are_a_third_of_the_chord() -> None:

@@ -11,8 +11,8 @@ from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import norm
 from testbed_schemes import modified_butterfly
+from testbed_schemes.mathematics.triangle_subdivision import Triangulation, triangulation
 from testbed_schemes.modified_butterfly import ModifiedButterfly
-from testbed_schemes.triangle_subdivision import Triangulation, triangulation
 
 
 def test_the_rule_at_a_corner_is_linear_too() -> None:

@@ -10,8 +10,8 @@ from testbed.geometry.domain import CORNERS
 from testbed.geometry.mesh import EdgeData, HermiteMesh
 from testbed.geometry.vectors import Float, angle_between, dot, norm, unit
 from testbed_schemes.boundary_curves.peters import PetersCurve
+from testbed_schemes.mathematics.planar_frame import edge_normals
 from testbed_schemes.nagata import Nagata, curvature_vectors
-from testbed_schemes.planar_frame import edge_normals
 
 MESHES = ["octahedron", "icosahedron", "torus", "graph", "monkey-saddle", "hyperboloid"]
 

@@ -18,8 +18,8 @@ from testbed_schemes.boundary_curves.peters import PetersCurve
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.peters import CubicJoin, quadratic_boundary_point
 from testbed_schemes.jensen import Jensen
+from testbed_schemes.mathematics.split_domain import J, K, c1_cubics
 from testbed_schemes.peters import Peters, legs_by_edge, spoke_legs
-from testbed_schemes.split_domain import J, K, c1_cubics
 
 #: More samples of an edge than the degree of anything on it.
 T = np.linspace(0.0, 1.0, 6)

@@ -18,9 +18,9 @@ from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.continuity_conditions.piper import end_values, nearest_join
+from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
+from testbed_schemes.mathematics.split_domain import c1_ring
 from testbed_schemes.piper import Piper
-from testbed_schemes.quadratic_precision import quadratic_precision_centre
-from testbed_schemes.split_domain import c1_ring
 
 ZOO = {case.name: case.mesh for case in cases(3)}
 T = np.array([0.0, 1e-3, *np.linspace(0.05, 0.95, 13), 1 - 1e-3, 1.0])

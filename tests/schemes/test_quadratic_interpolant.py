@@ -8,7 +8,7 @@ from testbed.errors import Refused
 from testbed.geometry.domain import CORNERS, lattice
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import angle_between, dot, norm, unit
-from testbed_schemes.planar_frame import planar_frame
+from testbed_schemes.mathematics.planar_frame import planar_frame
 from testbed_schemes.quadratic_interpolant import QuadraticInterpolant, tangents_meet
 
 CONVEX = ["octahedron", "icosahedron", "sphere", "ellipsoid"]

@@ -18,8 +18,8 @@ from testbed.geometry.vectors import Float, angle_between, norm, unit
 from testbed.plugins.boundary import BoundaryCurve
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.planar import Planar
+from testbed_schemes.mathematics.split_domain import J, K, c1_ring
 from testbed_schemes.shirman_sequin import ShirmanSequin
-from testbed_schemes.split_domain import J, K, c1_ring
 
 ZOO = {case.name: case.mesh for case in cases(3)}
 T = np.array([0.0, 1e-3, 1e-2, *np.linspace(0.05, 0.95, 13), 1 - 1e-2, 1 - 1e-3, 1.0])

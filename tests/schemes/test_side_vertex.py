@@ -14,9 +14,9 @@ from testbed.geometry.taylor import Taylor
 from testbed.geometry.vectors import Float
 from testbed.plugins.scheme import Scheme
 from testbed_schemes.hagen_pottmann import HagenPottmann
+from testbed_schemes.mathematics.side_vertex import hermite_weights, separable_blend, side_vertex_blend
 from testbed_schemes.nielson import Nielson
 from testbed_schemes.nielson_conic import NielsonConic
-from testbed_schemes.side_vertex import hermite_weights, separable_blend, side_vertex_blend
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -6,7 +6,7 @@ import pytest
 from testbed.geometry.bernstein import elevate_curve, elevate_triangle, subdivide_triangle
 from testbed.geometry.nets import CENTRE, side_indices
 from testbed.geometry.vectors import Float
-from testbed_schemes.split_domain import J, c1_cubics, c1_ring, cubic_reproducing_inner, subdivided_cubics
+from testbed_schemes.mathematics.split_domain import J, c1_cubics, c1_ring, cubic_reproducing_inner, subdivided_cubics
 
 #: Places in a quartic sub-patch: the edge, C_ij and C_ik, N_i.
 EDGE, CROSS, INNER = [0, 1, 3, 6, 10], [4, 7], 8

@@ -8,7 +8,7 @@ from testbed.errors import Refused
 from testbed.geometry.domain import CORNERS
 from testbed.geometry.subdomains import to_face
 from testbed_schemes.butterfly import Butterfly
-from testbed_schemes.triangle_subdivision import (
+from testbed_schemes.mathematics.triangle_subdivision import (
     Triangulation,
     check_size,
     following,

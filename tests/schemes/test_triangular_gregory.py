@@ -16,8 +16,8 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import TabulatedTriangles
 from testbed.geometry.vectors import Float, angle_between, norm
-from testbed_schemes.blended_quartics import CORNER_MARGIN, corner_table
 from testbed_schemes.boundary_curves.hermite import Hermite
+from testbed_schemes.mathematics.blended_quartics import CORNER_MARGIN, corner_table
 from testbed_schemes.triangular_gregory import TriangularGregory, longhi_basis
 
 ZOO = {case.name: case.mesh for case in cases(3)}

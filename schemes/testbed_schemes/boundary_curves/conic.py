@@ -1,6 +1,6 @@
 """Conic boundary curves: the cubic with the end tangents and the shoulder point of a conic in the edge's plane.
 
-The conic and its weight are those of :mod:`testbed_schemes.edge_conics`: the tangents in the plane of the chord and
+The conic and its weight are those of :mod:`mathematics.edge_conics`: the tangents in the plane of the chord and
 n0 + n1 meet in Q1, the weight is w = L / (A + B). Networks carry polynomial cubics, so this is the cubic with the legs
 lambda (Q1 - p), lambda = 4 w / (3 (1 + w)), which passes through the conic's shoulder point at t = 1/2 and is the usual
 cubic for a circular arc where the conic is a circle. Edges without a conic take the planar curve, and are counted.
@@ -16,8 +16,8 @@ from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Float
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
-from testbed_schemes.edge_conics import edge_conics
-from testbed_schemes.planar_frame import curve_from_legs, planar_frame
+from testbed_schemes.mathematics.edge_conics import edge_conics
+from testbed_schemes.mathematics.planar_frame import curve_from_legs, planar_frame
 
 
 @dataclass(frozen=True)

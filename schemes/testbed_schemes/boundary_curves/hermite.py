@@ -21,9 +21,9 @@ from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Bool, Float
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
-from testbed_schemes.crossed_parabolas import positive_solutions
-from testbed_schemes.geometric_hermite import Root, check_guard, chosen_legs
-from testbed_schemes.planar_frame import (
+from testbed_schemes.mathematics.crossed_parabolas import positive_solutions
+from testbed_schemes.mathematics.geometric_hermite import Root, check_guard, chosen_legs
+from testbed_schemes.mathematics.planar_frame import (
     STRAIGHT,
     PlanarFrame,
     curve_from_legs,

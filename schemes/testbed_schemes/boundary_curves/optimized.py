@@ -23,7 +23,7 @@ from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Bool, Float
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
-from testbed_schemes.planar_frame import (
+from testbed_schemes.mathematics.planar_frame import (
     curve_from_legs,
     edge_normals,
     edge_second_forms,

@@ -22,8 +22,8 @@ from testbed.geometry.vectors import Float, cross, dot, norm
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
 from testbed_schemes.boundary_curves.projected import Projected
+from testbed_schemes.mathematics.planar_frame import PARALLEL, STRAIGHT, edge_normals
 from testbed_schemes.nagata import curvature_vectors
-from testbed_schemes.planar_frame import PARALLEL, STRAIGHT, edge_normals
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Float, norm, tangential
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
-from testbed_schemes.planar_frame import PARALLEL, edge_normals
+from testbed_schemes.mathematics.planar_frame import PARALLEL, edge_normals
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Float
 from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.scheme import Data
-from testbed_schemes.planar_frame import curve_from_legs, edge_normals, projected_tangents
+from testbed_schemes.mathematics.planar_frame import curve_from_legs, edge_normals, projected_tangents
 
 
 @dataclass(frozen=True)

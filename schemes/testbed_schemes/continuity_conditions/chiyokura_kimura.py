@@ -29,7 +29,7 @@ from testbed.geometry.curves import CurveNetwork
 from testbed.geometry.vectors import Bool, Float, cross, dot, norm, unit
 from testbed.plugins.corners import check_sides
 from testbed.plugins.scheme import Scheme
-from testbed_schemes.planar_frame import PARALLEL, edge_normals
+from testbed_schemes.mathematics.planar_frame import PARALLEL, edge_normals
 
 
 def check_fields(scheme: Scheme, network: CurveNetwork) -> None:

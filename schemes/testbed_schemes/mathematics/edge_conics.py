@@ -14,7 +14,7 @@ import numpy as np
 
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Bool, Float
-from testbed_schemes.planar_frame import STRAIGHT, PlanarFrame, planar_coefficients
+from testbed_schemes.mathematics.planar_frame import STRAIGHT, PlanarFrame, planar_coefficients
 
 #: Least distance, in chords, of the tangents' intersection from an end.
 LEAST_OFFSET = 0.05

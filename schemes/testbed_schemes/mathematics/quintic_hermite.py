@@ -1,4 +1,4 @@
-"""Quintic Hermite curves as deviations from their chords, like the cubic ones of :mod:`testbed_schemes.side_vertex`.
+"""Quintic Hermite curves as deviations from their chords, like the cubic ones of :mod:`mathematics.side_vertex`.
 
 A curve is an array (..., 5, 3): its chord, its first derivatives at both ends, and its second derivatives there, all
 along the curve. Complements of parameters are given, never computed as one minus. The formulas are for arrays, hence

@@ -13,7 +13,7 @@ import numpy as np
 
 from testbed.geometry.evaluation import apply_table
 from testbed.geometry.vectors import Float, Int
-from testbed_schemes.triangle_subdivision import Triangulation, following, preceding
+from testbed_schemes.mathematics.triangle_subdivision import Triangulation, following, preceding
 
 #: 24 times the Bezier points (15, by decreasing i, then decreasing j) from the control vertices (12).
 _TABLE = (

@@ -26,7 +26,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import Basis, TabulatedTriangles
 from testbed.geometry.vectors import Float
 from testbed_schemes.continuity_conditions.chiyokura_kimura import cross_boundary_points
-from testbed_schemes.split_domain import J, K, corner_neighbours
+from testbed_schemes.mathematics.split_domain import J, K, corner_neighbours
 
 #: How near to a corner second derivatives are good: rounding leaves an error of about 1e-16 / distance in them.
 CORNER_MARGIN = 1e-6

@@ -22,7 +22,7 @@ from testbed.geometry.nets import side_indices
 from testbed.geometry.surface import Surface
 from testbed.geometry.tabulated import Basis, TabulatedTriangles
 from testbed.geometry.vectors import Float
-from testbed_schemes.split_domain import J, K, corner_neighbours
+from testbed_schemes.mathematics.split_domain import J, K, corner_neighbours
 
 #: How near to a corner second derivatives are good: they lose 1e-16 / distance to rounding.
 CORNER_MARGIN = 1e-6

@@ -1,0 +1,17 @@
+"""Mathematics that several schemes or boundary curves share, each module named after its subject.
+
+planar_frame          end tangents, plane and curvatures of an edge
+crossed_parabolas     all positive solutions of the geometric Hermite equations
+geometric_hermite     which of them to take
+edge_conics           the conic of an edge
+quintic_hermite       quintic curves as deviations from their chords
+split_domain          three patches a face, joined inside
+quadratic_precision   a centre of cubic triangles
+blended_quartics      quartics whose inner points are blended rationally
+edge_deviations       blends of edges and cross-boundary fields as vectors and functions
+side_vertex           blends of curves from vertices to opposite sides
+triangle_subdivision  one-to-four refinement of a triangulation
+box_spline            a quartic box spline's Bezier triangles
+loop_subdivision      Loop's rules, limits and the interpolation system
+loop_corners          Loop's surface at irregular vertices, exactly
+"""
