@@ -87,7 +87,7 @@ def found_facts(result: Findings) -> list[tuple[str, str]]:
         facts += [("patches", patch_words(result.profile)), ("stored a face", stored_words(result.profile))]
         facts.append(("cost of a jet", f"{result.profile.cost:g} cubic triangles, timed here"))
     verdicts = [
-        f"{one.property}: {one.status.value}"
+        f"{one.property}: {one.status.value}" + (f", {one.detail}" if one.status is Status.FAILED else "")
         for one in result.outcomes
         if one.status in (Status.FAILED, Status.NOT_TESTABLE)
     ]

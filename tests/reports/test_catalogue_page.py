@@ -7,9 +7,15 @@ from typing import Any
 
 import pytest
 
-from testbed.conformance.catalogue import Card, card, findings, parameter_meanings
+from testbed.cli.describing import found_facts
+from testbed.conformance.catalogue import Card, Findings, card, findings, parameter_meanings
+from testbed.conformance.profile import profile
+from testbed.conformance.subject import Status
+from testbed.conformance.suite import check
+from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.surface import Surface
 from testbed.plugins.boundary import BoundaryCurve
-from testbed.plugins.scheme import Scheme
+from testbed.plugins.scheme import Continuity, Data, Scheme
 from testbed.registry import catalogue, load
 from testbed_reports.catalogue import SchemeEntry, paragraphs, render, to_json
 
@@ -60,6 +66,32 @@ def test_what_came_of_checking_a_scheme_is_on_the_page_and_in_the_record() -> No
     record = json.loads(to_json([entry], [], []))
     assert len(record["schemes"][0]["findings"]["outcomes"]) == len(found.outcomes)
     assert record["schemes"][0]["findings"]["profile"]["numbers"] == 9.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Broken(Scheme):
+    """A scheme that raises."""
+
+    name = "broken"
+    title = "Broken"
+    reference = "nobody"
+    needs = Data.POINTS
+    matches = Data.POINTS
+    continuity = Continuity.C0
+    order = None
+    reproduces = ()
+
+    def construct(self, mesh: HermiteMesh) -> Surface:
+        raise ValueError(f"no surface over {len(mesh.faces)} faces")
+
+
+def test_a_scheme_that_raises_has_no_profile_and_its_check_tells() -> None:
+    assert profile(Broken()) is None
+    found = Findings(None, check(Broken()))
+    assert found.count(Status.FAILED) > 0
+    page = Texts(render([SchemeEntry(card(Broken()), found)], [], []))
+    assert "ValueError: no surface over" in page.text
+    assert any("ValueError: no surface over" in text for _, text in found_facts(found))
 
 
 @pytest.mark.parametrize(
