@@ -7,6 +7,7 @@ from typing import Any, Literal, NoReturn, TypeAlias
 import numpy as np
 
 from testbed.geometry.edges import HalfEdges
+from testbed.geometry.face_data import FaceData
 from testbed.geometry.mesh_checks import (
     check_not_cancelled,
     check_shapes,
@@ -33,7 +34,11 @@ class EdgeData:
     n0, n1
         Unit normals there, (E, 3), or None if the mesh has none.
     W0, W1
-        Second fundamental forms there, (E, 3, 3), or None.
+        Second fundamental forms there, (E, 3, 3), or None; where they differ from face to face those of one of the two
+        faces at the edge.
+    t0, t1
+        Unit tangents there, (E, 3), both from p0 to p1, of the curve that the surface has to follow, NaN rows where
+        none is given; None if no edge has one.
     """
 
     p0: Float
@@ -42,13 +47,15 @@ class EdgeData:
     n1: Float | None
     W0: Float | None
     W1: Float | None
+    t0: Float | None = None
+    t1: Float | None = None
 
     def __len__(self) -> int:
         return len(self.p0)
 
     def __getitem__(self, chosen: Int | Bool | slice) -> "EdgeData":
         """Return the data of the chosen edges."""
-        columns = (self.p0, self.p1, self.n0, self.n1, self.W0, self.W1)
+        columns = (self.p0, self.p1, self.n0, self.n1, self.W0, self.W1, self.t0, self.t1)
         p0, p1, *others = (None if column is None else column[chosen] for column in columns)
         assert p0 is not None  # noqa: S101 - points are always there
         assert p1 is not None  # noqa: S101 - likewise
@@ -74,10 +81,12 @@ class HermiteMesh:
         its normal, or None; needs normals. Single precision is made good, worse refused.
     normals_from
         Where the normals come from: ``given``, ``file`` or ``estimated``; a remark for reports.
+    face_data
+        Data that belong to faces, if there are any.
 
     Attributes
     ----------
-    points, faces, normals, second_forms
+    points, faces, normals, second_forms, face_data
         As above, read-only; float64 and int64.
     normals_from
         As above, None without normals.
@@ -93,6 +102,7 @@ class HermiteMesh:
     normals: Float | None
     second_forms: Float | None
     normals_from: NormalsFrom | None
+    face_data: FaceData
 
     def __init__(
         self,
@@ -102,6 +112,7 @@ class HermiteMesh:
         second_forms: Any = None,
         *,
         normals_from: NormalsFrom = "given",
+        face_data: FaceData | None = None,
     ) -> None:
         data = vars(self)
         data["points"] = checked_points(points)
@@ -114,12 +125,14 @@ class HermiteMesh:
             None if second_forms is None else checked_second_forms(second_forms, self.normals, count, self.h)
         )
         data["normals_from"] = None if normals is None else normals_from
+        data["face_data"] = (face_data or FaceData()).checked(self.faces, self.normals, self.h)
         self._lock()
 
     _half_edges: HalfEdges
 
     def _lock(self) -> None:
-        for array in (self.points, self.faces, self.normals, self.second_forms, self._half_edges.ids):
+        of_faces = self.face_data.arrays().values()
+        for array in (self.points, self.faces, self.normals, self.second_forms, self._half_edges.ids, *of_faces):
             if array is not None:
                 array.flags.writeable = False
 
@@ -197,7 +210,26 @@ class HermiteMesh:
             return (None, None) if values is None else (values[self.edges[:, 0]], values[self.edges[:, 1]])
 
         p0, p1 = self.points[self.edges[:, 0]], self.points[self.edges[:, 1]]
-        return EdgeData(p0, p1, *ends(self.normals), *ends(self.second_forms))
+        forms, by_corner, tangents = self.second_forms, self.face_data.corner_second_forms, self.face_data.side_tangents
+        W0, W1 = ends(forms) if by_corner is None else self._of_adjacent_faces(by_corner)
+        t0, t1 = (None, None) if tangents is None else self._along_edges(tangents)
+        return EdgeData(p0, p1, *ends(self.normals), W0, W1, t0, t1)
+
+    def _of_adjacent_faces(self, by_corner: Float) -> tuple[Float, Float]:
+        """Values (F, sides, ...) at corners of faces, those of one face at both ends of each edge, (E, ...) each."""
+        flat = by_corner.reshape(-1, *by_corner.shape[2:])
+        forward, backward = self._half_edges.forward, self._half_edges.backward
+        half = np.where(forward >= 0, forward, backward)
+        start, end = flat[half], flat[half - half % self.sides + (half + 1) % self.sides]
+        runs_back = (forward < 0).reshape(-1, *(1,) * (flat.ndim - 1))
+        return np.where(runs_back, end, start), np.where(runs_back, start, end)
+
+    def _along_edges(self, tangents: Float) -> tuple[Float, Float]:
+        """Tangents (F, sides, 2, 3) of sides as the edges run, from the lower vertex id to the higher, (E, 3) each."""
+        flat = tangents.reshape(-1, 2, 3)
+        forward, backward = self._half_edges.forward, self._half_edges.backward
+        both = np.where((forward >= 0)[:, None, None], flat[forward], -flat[backward][:, ::-1])
+        return both[:, 0], both[:, 1]
 
     def corner_points(self) -> Float:
         """(F, sides, 3) vertices by face corner."""
@@ -214,19 +246,27 @@ class HermiteMesh:
 
         Raises ValueError if the mesh has no second forms.
         """
+        return quadratic_form(u, self.corner_second_forms(faces), v)
+
+    def corner_second_forms(self, faces: slice | Int = slice(None)) -> Float:
+        """(F, sides, 3, 3) second forms by corner of all faces, or of some; raises ValueError if the mesh has none."""
+        by_corner = self.face_data.corner_second_forms
+        if by_corner is not None:
+            return by_corner[faces]
         if self.second_forms is None:
             raise ValueError("this mesh has no second fundamental forms")
-        return quadratic_form(u, self.second_forms[self.faces[faces]], v)
+        return self.second_forms[self.faces[faces]]
 
     def _changed(self, **data: Any) -> "HermiteMesh":
-        kept = {name: getattr(self, name) for name in ("points", "faces", "normals", "second_forms")}
+        kept = {name: getattr(self, name) for name in ("points", "faces", "normals", "second_forms", "face_data")}
         return HermiteMesh(**{**kept, **data}, normals_from=self.normals_from or "given")
 
-    def _of_vertices(self, vertices: Int, faces: Int) -> "HermiteMesh":
+    def _of_vertices(self, vertices: Int, faces: Int, face_data: FaceData) -> "HermiteMesh":
         """Return the mesh of some vertices in an order, with faces that hold the new ids."""
         normals = None if self.normals is None else self.normals[vertices]
         forms = None if self.second_forms is None else self.second_forms[vertices]
-        return self._changed(points=self.points[vertices], faces=faces, normals=normals, second_forms=forms)
+        points = self.points[vertices]
+        return self._changed(points=points, faces=faces, normals=normals, second_forms=forms, face_data=face_data)
 
     def transformed(
         self, rotation: Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), translation: Any = (0, 0, 0), scale: float = 1.0
@@ -242,37 +282,42 @@ class HermiteMesh:
             raise ValueError(f"the scale {scale} is not a positive number")
         normals = None if self.normals is None else self.normals @ R.T
         forms = None if self.second_forms is None else R @ self.second_forms @ R.T / scale
-        points = scale * (self.points @ R.T) + np.asarray(translation, dtype=np.float64)
-        return self._changed(points=points, normals=normals, second_forms=forms)
+        vector = np.asarray(translation, dtype=np.float64)
+        points = scale * (self.points @ R.T) + vector
+        of_faces = self.face_data.transformed(R, vector, scale)
+        return self._changed(points=points, normals=normals, second_forms=forms, face_data=of_faces)
 
     def relabelled(self, order: Int) -> "HermiteMesh":
         """Put the vertices in another order: vertex ``i`` of the new mesh is vertex ``order[i]`` of this one."""
         new_id = inverse_permutation(order, len(self.points))
-        return self._of_vertices(order, new_id[self.faces])
+        return self._of_vertices(order, new_id[self.faces], self.face_data)
 
     def with_face_order(self, order: Int) -> "HermiteMesh":
         """Put the faces in another order: face ``i`` of the new mesh is face ``order[i]`` of this one."""
         inverse_permutation(order, len(self.faces))
-        return self._changed(faces=self.faces[order])
+        return self._changed(faces=self.faces[order], face_data=self.face_data.take(order))
 
     def rotated_corners(self, shift: int | Int = 1) -> "HermiteMesh":
         """Start each face at another corner, at ``shift`` of before; ``shift`` is one number or (F,)."""
         columns = (np.arange(self.sides) + np.reshape(shift, (-1, 1))) % self.sides
-        return self._changed(faces=np.take_along_axis(self.faces, np.broadcast_to(columns, self.faces.shape), axis=1))
+        columns = np.broadcast_to(columns, self.faces.shape)
+        faces = np.take_along_axis(self.faces, columns, axis=1)
+        return self._changed(faces=faces, face_data=self.face_data.rotated(columns))
 
     def flipped(self) -> "HermiteMesh":
         """Turn the surface inside out: faces run the other way, normals and second forms are negated."""
         normals = None if self.normals is None else -self.normals
         forms = None if self.second_forms is None else -self.second_forms
-        return self._changed(faces=self.faces[:, ::-1], normals=normals, second_forms=forms)
+        of_faces = self.face_data.flipped()
+        return self._changed(faces=self.faces[:, ::-1], normals=normals, second_forms=forms, face_data=of_faces)
 
     def without_second_forms(self) -> "HermiteMesh":
         """Return the mesh with points and normals only."""
-        return self._changed(second_forms=None)
+        return self._changed(second_forms=None, face_data=self.face_data.without_second_forms())
 
     def without_normals(self) -> "HermiteMesh":
         """Return the mesh with points only."""
-        return self._changed(normals=None, second_forms=None)
+        return self._changed(normals=None, second_forms=None, face_data=FaceData())
 
     def with_estimated_normals(self) -> "HermiteMesh":
         """Return the mesh with normals that are means of the faces' normals, weighted with the angles at the vertex.
@@ -289,7 +334,7 @@ class HermiteMesh:
         """
         chosen = self.faces[faces]
         vertices, new = np.unique(chosen, return_inverse=True)
-        return self._of_vertices(vertices, new.reshape(chosen.shape))
+        return self._of_vertices(vertices, new.reshape(chosen.shape), self.face_data.take(faces))
 
 
 def angle_weighted_normals(points: Float, faces: Int) -> Float:

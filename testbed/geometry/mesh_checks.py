@@ -3,6 +3,7 @@
 All checks are vectorised and scale-free: a mesh and its scaled, moved or relabelled copy are taken or refused alike.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -240,18 +241,35 @@ def checked_second_forms(values: Any, normals: Float | None, vertices: int, h: f
         raise MeshError("the mesh has second forms and no normals: give normals too")
     forms = checked_vectors(values, "second forms", (None, 3, 3))
     check_rows(len(forms), vertices, "second forms")
+    return tangential_forms(forms, normals, h, lambda row: f"at vertex {row}")
+
+
+def tangential_forms(forms: Float, normals: Float, h: float, where: Callable[[int], str]) -> Float:
+    """Return second forms (N, 3, 3), made exactly tangential to normals (N, 3) and symmetric.
+
+    Parameters
+    ----------
+    forms
+        Finite second forms; changed in place.
+    normals
+        Unit normals.
+    h
+        Longest edge of the mesh.
+    where
+        Names the place of a row in a message.
+    """
     size = np.abs(forms).max(axis=(1, 2))
     if (size > LONGEST).any():
-        raise MeshError(f"the second form at vertex {first(size > LONGEST)} is beyond {LONGEST:g}: scale the mesh up")
+        raise MeshError(f"the second form {where(first(size > LONGEST))} is beyond {LONGEST:g}: scale the mesh up")
     size = np.maximum(size, FLAT / h)
     skew = np.abs(forms - forms.transpose(0, 2, 1)).max(axis=(1, 2)) / size
     if (skew > SECOND_FORM).any():
-        raise MeshError(f"the second form at vertex {first(skew > SECOND_FORM)} is not symmetric: give W with W = W^T")
+        raise MeshError(f"the second form {where(first(skew > SECOND_FORM))} is not symmetric: give W with W = W^T")
     outside = norm(np.einsum("vij,vj->vi", forms, normals)) / size
     if (outside > SECOND_FORM).any():
-        vertex = first(outside > SECOND_FORM)
         raise MeshError(
-            f"the second form at vertex {vertex} is not tangential: give W with W n = 0 for the normal n there"
+            f"the second form {where(first(outside > SECOND_FORM))} is not tangential: give W with W n = 0 for the "
+            "normal n there"
         )
     (rough,) = np.nonzero(np.maximum(skew, outside) > EXACT)
     n = normals[rough]
