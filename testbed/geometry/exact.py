@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
+from testbed.geometry.face_data import Centres, FaceData
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int, norm, unit
 
@@ -26,9 +27,32 @@ class ExactSurface(ABC):
     def second_form(self, points: Float) -> Float:
         """Second fundamental forms W (N, 3, 3) at points on it; positive where it bends away from the normal."""
 
-    def sample(self, points: Float, faces: Int) -> HermiteMesh:
-        """Return the mesh of ``points`` (V, 3), which lie on the surface, with its normals and second forms there."""
-        return HermiteMesh(points, faces, self.normal(points), self.second_form(points))
+    def curvature_bound(self, low: Float, high: Float) -> Float:
+        """Upper bounds (N,) of the moduli of the principal curvatures of the surface within boxes.
+
+        Parameters
+        ----------
+        low, high
+            (N, 3) corners of the boxes.
+
+        Returns
+        -------
+        bounds
+            True bounds, rounding included; infinite where none is known, as for all boxes of a surface that does not
+            define this.
+        """
+        del high
+        return np.full(len(low), np.inf)
+
+    def sample(self, points: Float, faces: Int, centres: Float | None = None) -> HermiteMesh:
+        """Return the mesh of ``points`` (V, 3), which lie on the surface, with its normals and second forms there.
+
+        Likewise at the centres of the faces, if points of the surface are given for them, (F, 3).
+        """
+        of_faces = FaceData()
+        if centres is not None:
+            of_faces = FaceData(Centres(centres, self.normal(centres), self.second_form(centres)))
+        return HermiteMesh(points, faces, self.normal(points), self.second_form(points), face_data=of_faces)
 
 
 class LevelSet(ExactSurface):

@@ -23,7 +23,7 @@ class Sketch:
     sides
         Vertices of a face.
     data
-        Names of the data at the vertices: ``POINTS``, ``NORMALS``, ``SECOND_FORMS``.
+        Names of the data: ``POINTS``, ``NORMALS``, ``SECOND_FORMS``, ``CENTRES``.
     absent
         Levels that the dataset says it does not have, with its reason.
     """
@@ -98,5 +98,10 @@ def _on_sphere(solid: tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], 
 
 
 def _data(mesh: HermiteMesh) -> tuple[str, ...]:
-    given = {"POINTS": True, "NORMALS": mesh.normals is not None, "SECOND_FORMS": mesh.second_forms is not None}
+    given = {
+        "POINTS": True,
+        "NORMALS": mesh.normals is not None,
+        "SECOND_FORMS": mesh.second_forms is not None,
+        "CENTRES": mesh.face_data.centres is not None,
+    }
     return tuple(name for name, there in given.items() if there)

@@ -4,6 +4,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
+from testbed.geometry.charted import ChartedMesh
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
 from testbed.plugins.base import Plugin
@@ -43,3 +44,10 @@ class Dataset(Plugin):
     @abstractmethod
     def surface(self) -> ExactSurface | None:
         """The exact surface, or None."""
+
+    def charted(self) -> ChartedMesh | None:
+        """Return the mesh of level 0 with its place in the surface's charts, or None if the surface has none.
+
+        New vertices are then found in the charts; those of a surface without charts are projected onto it.
+        """
+        return None

@@ -14,11 +14,15 @@ from testbed.plugins.base import Plugin
 
 
 class Data(Flag):
-    """Data at the vertices: what a scheme needs, and what its surface matches."""
+    """Data of a mesh: what a scheme needs, and what its surface matches.
+
+    The first three are at the vertices; ``CENTRES`` are points, normals and second forms at the centres of the faces.
+    """
 
     POINTS = auto()
     NORMALS = auto()
     SECOND_FORMS = auto()
+    CENTRES = auto()
 
 
 class Continuity(Enum):
@@ -47,6 +51,10 @@ def check_needs(plugin: Plugin, needs: Data, mesh: HermiteMesh) -> None:
     if Data.SECOND_FORMS in needs and mesh.second_forms is None:
         raise Refused(
             f"{plugin} needs second fundamental forms at the vertices and the mesh has none: give second_forms"
+        )
+    if Data.CENTRES in needs and mesh.face_data.centres is None:
+        raise Refused(
+            f"{plugin} needs samples at the centres of the faces and the mesh has none: give face_data with centres"
         )
 
 
