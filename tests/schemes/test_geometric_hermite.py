@@ -16,10 +16,11 @@ from testbed.errors import SpecError
 from testbed.geometry.mesh import EdgeData
 from testbed.geometry.vectors import Float, cross, dot, norm, unit
 from testbed_schemes.boundary_curves.hermite import Hermite
-from testbed_schemes.boundary_curves.hermite_space import HermiteSpace, end_equations
+from testbed_schemes.boundary_curves.hermite_space import HermiteSpace
 from testbed_schemes.boundary_curves.planar import Planar
 from testbed_schemes.boundary_curves.projected import Projected
 from testbed_schemes.mathematics.geometric_hermite import speed_variation
+from testbed_schemes.mathematics.space_hermite import end_equations
 
 
 @pytest.mark.parametrize("degrees", [1.0, 10.0, 30.0, 51.3, 59.9])

@@ -10,6 +10,9 @@ which has none to three admissible solutions. On short edges all three come toge
 shows in the legs, relative to L about as 1e-15 (L k)^-4; the curve then slides along itself, its distance to the data
 and its end curvatures keep their digits. Equations: as printed; **corrected** wording: d is the Bezier leg, a third
 of the derivative's length, so that without a solution "the length of the chord" means a leg of L / 3.
+
+On edges where the mesh says which curve to follow, a boundary or the edge of an S-patch, the curve starts and ends
+along that one's tangents instead, and is the one in space of section 2.4.4 (see section 5.2).
 """
 
 from collections.abc import Mapping
@@ -33,6 +36,7 @@ from testbed_schemes.mathematics.planar_frame import (
     planar_frame,
     plane_curvatures,
 )
+from testbed_schemes.mathematics.space_hermite import space_curves
 
 
 @dataclass(frozen=True)
@@ -76,11 +80,16 @@ class Hermite(BoundaryCurve):
         check_guard(self.name, self.guard)
 
     def curves(self, edges: EdgeData) -> tuple[Float, Mapping[str, int]]:
-        """Return the matching curves, (E, 4, 3); planar curves with legs of L / 3, counted, where there is none."""
+        """Return the matching curves, (E, 4, 3); curves with legs of L / 3, counted, where there is none."""
         frame = planar_frame(edges)
         legs, solved = self.legs(edges, frame)
         d0, d1 = np.where(solved, legs, 1.0 / 3.0) * frame.length
         control_points = curve_from_legs(edges, (frame.t0, frame.t1), d0, d1)
+        if edges.t0 is not None and edges.t1 is not None:
+            (followed,) = np.nonzero(np.isfinite(edges.t0).all(axis=1))
+            own = edges[followed]
+            tangents = edges.t0[followed], edges.t1[followed]
+            control_points[followed], solved[followed] = space_curves(own, tangents, self.root, self.guard)
         missing = ~solved & np.isfinite(control_points).all(axis=(1, 2))
         return control_points, {"curves without a root": int(missing.sum())} if missing.any() else {}
 
