@@ -55,8 +55,10 @@ class Interpolation(Measure):
             for name, values in errors.items():
                 worst[name] = _worse(worst.get(name, (-1.0, -1)), values, vertex)
         if mesh.second_forms is not None:
-            for forms, vertex in vertex_forms(surface, self.blended):
-                values = np.abs(forms - mesh.second_forms[vertex][:, None]).max(axis=(1, 2, 3))
+            for forms, vertex, face in vertex_forms(surface, self.blended):
+                corner = (mesh.faces[face] == vertex[:, None]).argmax(axis=1)
+                given = mesh.corner_second_forms(face)[np.arange(len(face)), corner]
+                values = np.abs(forms - given[:, None]).max(axis=(1, 2, 3))
                 worst["form"] = _worse(worst.get("form", (-1.0, -1)), values, vertex)
         units = {"distance": "max", "normal": "max_deg", "form": "max"}
         result: dict[str, Value] = {}
@@ -74,8 +76,8 @@ def vertex_jets(surface: Surface, order: int) -> Iterator[tuple[Jet, Int]]:
         yield Jet(jet.coefficients[:, patch, corner]), part.corner_ids[patch, corner]
 
 
-def vertex_forms(surface: Surface, blended: int) -> Iterator[tuple[Float, Int]]:
-    """For each part, second fundamental forms (N, D, 3, 3) at patch corners that are vertices, and the vertices (N,).
+def vertex_forms(surface: Surface, blended: int) -> Iterator[tuple[Float, Int, Int]]:
+    """For each part, second fundamental forms (N, D, 3, 3) at patch corners that are vertices, their ids and faces (N,).
 
     Parameters
     ----------
@@ -94,7 +96,7 @@ def vertex_forms(surface: Surface, blended: int) -> Iterator[tuple[Float, Int]]:
         patches = np.flatnonzero(chosen[part_of == index])
         ids = part.corner_ids[patches]
         patch, corner = np.nonzero(ids < count)
-        yield corner_forms(part.batch.take(patches))[patch, corner], ids[patch, corner]
+        yield corner_forms(part.batch.take(patches))[patch, corner], ids[patch, corner], part.faces[patches][patch]
 
 
 def _worse(known: tuple[float, int], values: Float, vertices: Int) -> tuple[float, int]:
