@@ -72,7 +72,7 @@ def test_the_form_of_one_moved_patch_is_found_with_its_vertex() -> None:
 
 def test_blended_patches_are_looked_at_evenly_and_no_more_than_asked_for() -> None:
     surface = scheme("hagen-pottmann").fit(torus(8, 5, 3))
-    ((forms, vertex),) = vertex_forms(surface, 10)
+    ((forms, vertex, _),) = vertex_forms(surface, 10)
     assert forms.shape == (30, 3, 3, 3)
     assert len(vertex) == 30
     faces = np.linspace(0, 79, 10, dtype=np.int64)
