@@ -77,7 +77,7 @@ def vertex_jets(surface: Surface, order: int) -> Iterator[tuple[Jet, Int]]:
 
 
 def vertex_forms(surface: Surface, blended: int) -> Iterator[tuple[Float, Int, Int]]:
-    """For each part, second forms (N, D, 3, 3) at patch corners that are vertices, the vertices and the faces, (N,) each.
+    """For each part, second forms (N, D, 3, 3) at patch corners that are vertices, and the vertices and faces, (N,).
 
     Parameters
     ----------
