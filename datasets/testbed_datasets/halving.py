@@ -42,11 +42,7 @@ def halved(
     Refused
         The level is negative, or its mesh would have more than ``MOST_FACES`` faces.
     """
-    if level < 0:
-        raise Refused(f"{name} has no level {level}: levels start at 0")
-    highest = int(np.log2(MOST_FACES / len(faces)) // 2)
-    if level > highest:
-        raise Refused(f"level {level} of {name} would have more than {MOST_FACES} faces: take a level up to {highest}")
+    check_level(name, level, len(faces))
     for _ in range(level):
         count = len(coordinates)
         start, end = faces, np.roll(faces, -1, axis=1)
@@ -58,6 +54,15 @@ def halved(
         corners = np.stack([faces, after, before], axis=-1)  # (F, corner, 3)
         faces = np.concatenate([corners, side[:, None, :]], axis=1).reshape(-1, 3)
     return coordinates, faces
+
+
+def check_level(name: str, level: int, faces: int) -> None:
+    """Raise Refused for a level of a dataset that begins with so many faces, if there is no such level."""
+    if level < 0:
+        raise Refused(f"{name} has no level {level}: levels start at 0")
+    highest = int(np.log2(MOST_FACES / faces) // 2)
+    if level > highest:
+        raise Refused(f"level {level} of {name} would have more than {MOST_FACES} faces: take a level up to {highest}")
 
 
 def straight(start: Float, end: Float) -> Float:
