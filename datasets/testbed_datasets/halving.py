@@ -42,7 +42,7 @@ def halved(
     Refused
         The level is negative, or its mesh would have more than ``MOST_FACES`` faces.
     """
-    check_level(name, level, len(faces))
+    check_level(level, len(faces), name)
     for _ in range(level):
         count = len(coordinates)
         start, end = faces, np.roll(faces, -1, axis=1)
@@ -56,8 +56,14 @@ def halved(
     return coordinates, faces
 
 
-def check_level(name: str, level: int, faces: int) -> None:
-    """Raise Refused for a level of a dataset that begins with so many faces, if there is no such level."""
+def check_level(level: int, faces: int, name: str) -> None:
+    """Check a level of a dataset whose level 0 has so many faces, each of which every level splits in four.
+
+    Raises
+    ------
+    Refused
+        The level is negative, or its mesh would have more than ``MOST_FACES`` faces.
+    """
     if level < 0:
         raise Refused(f"{name} has no level {level}: levels start at 0")
     highest = int(np.log2(MOST_FACES / faces) // 2)
