@@ -1,0 +1,125 @@
+"""The largest angle between the normals along each edge: exact and enclosed where normals are polynomials.
+
+Polynomial and rational Bezier patches have polynomial normals along their sides
+(:mod:`testbed.geometry.normal_jump`); edges of other patches are sampled, and searched as ``epsilon_deg`` is.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.geometry.blocks import blocks
+from testbed.geometry.edges import PatchEdges, PatchSides
+from testbed.geometry.normal_fields import NormalFields, along_sides, have_polynomial_normals
+from testbed.geometry.normal_jump import GAP, normal_jumps
+from testbed.geometry.normal_pairs import NormalPairs
+from testbed.geometry.patches import PatchBatch
+from testbed.geometry.surface import Surface
+from testbed.geometry.vectors import Bool, Float, Int
+from testbed.measures.continuity import edge_jumps, edge_parameters, interior_edges, search
+from testbed.measures.sampling import CHUNK
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeAngles:
+    """Largest angles between the normals on the two sides of E edges, radians; NaN where there is no normal.
+
+    Parameters
+    ----------
+    edges
+        The edges between patches, in the order of :func:`testbed.measures.continuity.interior_edges`.
+    angle
+        (E,) the largest angle along each edge.
+    t
+        (E,) where it is, along the edge as its left side runs.
+    low, high
+        (E,) bounds of the largest angle. Where the edge is not ``exact`` nothing is guaranteed but what was attained:
+        ``low`` is that and ``high`` infinite.
+    exact
+        (E,) true where both patches have polynomial normals: the angle is right to rounding, the bounds are guaranteed.
+    """
+
+    edges: PatchEdges
+    angle: Float
+    t: Float
+    low: Float
+    high: Float
+    exact: Bool
+
+    def __len__(self) -> int:
+        return len(self.edges)
+
+    @property
+    def certified(self) -> bool:
+        """Whether the bounds of all edges are guaranteed."""
+        return bool(self.exact.all())
+
+
+def edge_angles(surface: Surface, edges: PatchEdges | None = None, gap: float = GAP) -> EdgeAngles:
+    """Return the largest angle along every edge between patches.
+
+    Parameters
+    ----------
+    surface
+        Any surface.
+    edges
+        Interior edges of the surface; all of them by default.
+    gap
+        Largest relative width of the enclosures, where rounding allows it.
+    """
+    if edges is None:
+        edges = interior_edges(surface)
+    exact = have_exact_angles(surface, edges)
+    angle, t, low, high = np.full((4, len(edges)), np.nan)
+    for rows, pairs in normal_pairs(surface, edges, np.flatnonzero(exact)):
+        found = normal_jumps(pairs, gap=gap)
+        angle[rows], t[rows], low[rows], high[rows] = found.angle, found.t, found.low, found.high
+    (others,) = np.nonzero(~exact)
+    angle[others], t[others] = searched(surface, edges[others])
+    low[others], high[others] = angle[others], np.where(np.isnan(angle[others]), np.nan, np.inf)
+    return EdgeAngles(edges, angle, t, low, high, exact)
+
+
+def have_exact_angles(surface: Surface, edges: PatchEdges) -> Bool:
+    """(E,) true where both patches of an edge have polynomial normals along it."""
+    polynomial = np.array([have_polynomial_normals(batch) for batch in surface.batches], dtype=np.bool_)
+    both: Bool = polynomial[edges.left.part] & polynomial[edges.right.part]
+    return both
+
+
+def normal_pairs(surface: Surface, edges: PatchEdges, rows: Int) -> Iterator[tuple[Int, NormalPairs]]:
+    """Yield blocks of some rows (R,) of edges, and the normals on their two sides; each row once."""
+    left, right = edges.left[rows], edges.right[rows]
+    # one number for what has one degree along the edge: part and direction on both sides
+    kinds = np.stack([left.part, left.side % 2, right.part, right.side % 2])
+    triangles = np.array([batch.sides == 3 for batch in surface.batches], dtype=np.bool_)
+    kinds[1, triangles[left.part]] = kinds[3, triangles[right.part]] = 0
+    for kind in np.unique(kinds, axis=1).T:
+        (alike,) = np.nonzero((kinds == kind[:, None]).all(axis=0))
+        for block in blocks(len(alike)):
+            chosen = alike[block]
+            one, other = _normals(surface, left[chosen]), _normals(surface, right[chosen])
+            yield rows[chosen], NormalPairs.of(one, other.reversed())
+
+
+def _normals(surface: Surface, sides: PatchSides) -> NormalFields:
+    """Normals along sides of patches of one part."""
+    batch: PatchBatch = surface.batches[int(sides.part[0])]
+    return along_sides(batch, sides.patch, sides.side)
+
+
+def searched(surface: Surface, edges: PatchEdges) -> tuple[Float, Float]:
+    """Largest angles (E,) on edges from samples and a search around the largest of them, and their parameters (E,)."""
+    t = edge_parameters(len(edges), 0)
+    angle, place = np.empty((2, len(edges)))
+    step = max(1, CHUNK // len(t))
+    for start in range(0, len(edges), step):
+        some = edges[start : start + step]
+        jumps = edge_jumps(surface, some, t)[0]
+        peak, value = jumps.argmax(axis=1), jumps.max(axis=1)
+        at, kind = t[peak], np.zeros(len(some), dtype=np.int64)
+        (known,) = np.nonzero(~np.isnan(value))
+        value[known], at[known] = search(surface, some[known], t, kind[known], value[known], peak[known], edge_jumps)
+        angle[start : start + step], place[start : start + step] = value, at
+    return angle, place
