@@ -62,6 +62,31 @@ class Grid:
         """Texts of the datasets, in the plan's order."""
         return tuple(dataset.spec for dataset in self.plan.datasets)
 
+    def planned(self, scheme: str, dataset: str) -> bool:
+        """Whether a scheme is compared on a dataset at all: those of other faces are apart."""
+        return (scheme, dataset) in self.plan.pairs
+
+    def circles(self) -> tuple[tuple[tuple[int, ...], tuple[str, ...]], ...]:
+        """Positions of schemes that are compared with each other and the datasets that is done on.
+
+        Schemes of triangles and of quadrilaterals share no dataset; each scheme is in one circle, in the plan's order.
+        """
+        found: list[tuple[set[int], set[str]]] = []
+        for position, scheme in enumerate(self.schemes):
+            own = {dataset for dataset in self.datasets if self.planned(scheme, dataset)}
+            positions, datasets = {position}, own
+            apart = []
+            for others, theirs in found:
+                if datasets & theirs:
+                    positions, datasets = positions | others, datasets | theirs
+                else:
+                    apart.append((others, theirs))
+            found = [*apart, (positions, datasets)]
+        return tuple(
+            (tuple(sorted(positions)), tuple(dataset for dataset in self.datasets if dataset in datasets))
+            for positions, datasets in sorted(found, key=lambda circle: min(circle[0]))
+        )
+
     def shape(self, dataset: str) -> str | None:
         """What kind of surface a dataset was sampled from, as far as it declares that."""
         return next(one.shape for one in self.plan.datasets if one.spec == dataset)

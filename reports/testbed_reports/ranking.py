@@ -87,12 +87,20 @@ class Ranking:
     sentences: tuple[str, ...]
 
 
-def ranking(grid: Grid) -> Ranking | None:
-    """Return the ranking of the schemes of a run, or None if there are not two schemes and a dataset to rank on."""
+def rankings(grid: Grid) -> tuple[Ranking, ...]:
+    """Return the rankings of a run: schemes that share no dataset, as they take other faces, have one each.
+
+    There is none of fewer than two schemes, nor of schemes without a dataset to rank them on.
+    """
+    made = (_ranking(grid, positions, datasets) for positions, datasets in grid.circles())
+    return tuple(one for one in made if one is not None)
+
+
+def _ranking(grid: Grid, positions: Sequence[int], datasets: Sequence[str]) -> Ranking | None:
     columns = {one.column for one in CRITERIA}
     places = tuple(
         (dataset, level)
-        for dataset in grid.datasets
+        for dataset in datasets
         if grid.shape(dataset) != "planes"
         and (level := grid.compared(dataset)) is not None
         and any(_values(grid.at(dataset, level), column) for column in columns)
@@ -103,19 +111,15 @@ def ranking(grid: Grid) -> Ranking | None:
     if spheres and others:
         about |= {"spheres": spheres, "other surfaces": others}
     criteria = tuple(one for one in CRITERIA if one.column in grid.columns and one.where in about)
-    if not criteria or not places or len(grid.schemes) < 2:
+    if not criteria or not places or len(positions) < 2:
         return None
     present = [
-        position
-        for position in range(len(grid.schemes))
-        if all(is_ok(grid.at(dataset, level)[position]) for dataset, level in places)
+        position for position in positions if all(is_ok(grid.at(dataset, level)[position]) for dataset, level in places)
     ]
     factors = {one: mean_factors(grid, about[one.where], present, one.column) for one in criteria}
     order = sorted(present, key=lambda position: (factors[criteria[0]].get(position, math.inf), position))
     rows = tuple(_row(grid, position, criteria, factors) for position in order)
-    unranked = tuple(
-        _missing(grid, position, places) for position in range(len(grid.schemes)) if position not in present
-    )
+    unranked = tuple(_missing(grid, position, places) for position in positions if position not in present)
     return Ranking(criteria, places, rows, unranked, tuple(_sentences(grid, criteria, factors)))
 
 

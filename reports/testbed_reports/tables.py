@@ -131,6 +131,8 @@ def comparison(grid: Grid, dataset: str, level: int) -> Table:
     marks = {one.column: best(rows, one, grid.shape(dataset)) for one in shown}
     table = []
     for position, (scheme, row) in enumerate(zip(grid.schemes, rows, strict=True)):
+        if not grid.planned(scheme, dataset):
+            continue
         if row is None or row["status"] != "ok":
             table.append(SchemeRow(position, scheme, (), trouble(row)))
             continue

@@ -12,7 +12,7 @@ from testbed_reports.formatting import Entry, counted, seconds
 from testbed_reports.grid import Grid, is_ok
 from testbed_reports.orders import OrderRow, every_order, order_entry
 from testbed_reports.panels import Panel, groups, panels
-from testbed_reports.ranking import Ranking, ranking
+from testbed_reports.ranking import Ranking, rankings
 from testbed_reports.styles import Style, style
 from testbed_reports.summary import CONTESTS, Contest, contests, sentences
 from testbed_reports.tables import (
@@ -105,8 +105,9 @@ class Page:
         Colour and marker of each scheme.
     schemes
         Texts of the schemes.
-    ranking, findings
-        Who is best at what, and what schemes and boundary curves do; None where there is nothing to compare.
+    rankings, findings
+        Who is best at what among schemes of the same faces, and what schemes and boundary curves do, None where there
+        is nothing to compare.
     matrix, legend, symbols
         Verdicts on claims, what they mean, and their symbols.
     overview
@@ -129,7 +130,7 @@ class Page:
     facts: tuple[tuple[str, str], ...]
     styles: tuple[Style, ...]
     schemes: tuple[str, ...]
-    ranking: Ranking | None
+    rankings: tuple[Ranking, ...]
     findings: Findings | None
     matrix: Matrix
     legend: tuple[tuple[str, str], ...]
@@ -154,7 +155,7 @@ def view(results: Results) -> Page:
         facts(results.run),
         _styles(grid),
         grid.schemes,
-        ranking(grid),
+        rankings(grid),
         findings(grid),
         matrix(grid),
         LEGEND,
@@ -201,6 +202,8 @@ def _machine(machine: Mapping[str, Any]) -> list[str]:
 
 
 def _overview(grid: Grid, scheme: str, dataset: str) -> OverviewCell:
+    if not grid.planned(scheme, dataset):
+        return OverviewCell(Entry("", "the scheme takes other faces than this dataset has"), "", "")
     row = grid.orders.get((scheme, dataset, "distance_max"))
     bad = [cell for cell in grid.on(dataset) if cell["scheme"] == scheme and not is_ok(cell)]
     if bad and not grid.ok(scheme, dataset):
@@ -222,7 +225,8 @@ def _drawings(grid: Grid, dataset: str) -> tuple[Drawing, ...]:
     for group in groups(grid):
         plots = panels(grid, dataset, group)
         if any(panel.lines for panel in plots):
-            found.append(Drawing(group.title, tuple((p, grid.schemes[p]) for p in group.positions), plots))
+            drawn = ((p, grid.schemes[p]) for p in group.positions if grid.planned(grid.schemes[p], dataset))
+            found.append(Drawing(group.title, tuple(drawn), plots))
     return tuple(found)
 
 

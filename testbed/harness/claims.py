@@ -76,7 +76,11 @@ def verdicts(plan: Plan, cells: "pd.DataFrame", orders: "pd.DataFrame") -> list[
 
 def _of_scheme(scheme: PlannedScheme, plan: Plan, cells: "pd.DataFrame", orders: "pd.DataFrame") -> Iterator[Verdict]:
     own = cells[cells["scheme"] == scheme.spec]
-    by_dataset = [(dataset, own[own["dataset"] == dataset.spec]) for dataset in plan.datasets]
+    by_dataset = [
+        (dataset, own[own["dataset"] == dataset.spec])
+        for dataset in plan.datasets
+        if (scheme.spec, dataset.spec) in plan.pairs
+    ]
     for dataset, rows in by_dataset:
         yield _continuity(scheme, dataset, rows)
     yield from _orders(scheme, plan, orders)

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, TypeVar
 
 from testbed import registry
@@ -129,7 +130,8 @@ class Plan:
     Parameters
     ----------
     cells
-        All cells, by scheme, dataset and level in the order asked for.
+        All cells, by scheme, dataset and level in the order asked for. Schemes of triangles and datasets of
+        quadrilaterals, or the other way round, have cells together only where both were named.
     schemes, datasets, measures
         What they are made of.
     left_out
@@ -141,6 +143,11 @@ class Plan:
     datasets: tuple[PlannedDataset, ...]
     measures: tuple[PlannedMeasure, ...]
     left_out: tuple[LeftOut, ...] = ()
+
+    @cached_property
+    def pairs(self) -> frozenset[tuple[str, str]]:
+        """Texts of the schemes and datasets that have cells together."""
+        return frozenset((cell.scheme, cell.dataset) for cell in self.cells)
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -236,10 +243,22 @@ def make_plan(
             raise SpecError(f"there is no {what} to compute with: name one, or install a package that has some")
     sources = Sources()
     planned_schemes = tuple(_planned_scheme(one, sources) for one in fitted)
-    planned_datasets = tuple(_planned_dataset(one, sources) for one in sampled)
+    planned_datasets = [_planned_dataset(one, sources) for one in sampled]
     planned_measures = tuple(PlannedMeasure(str(one), one.title, one.columns, sources.content(one)) for one in measured)
     by_dataset = [chosen_levels or tuple(range(one.finest + 1)) for one in sampled]
     looks = _looks([(sketches.sketch, str(one), its) for one, its in zip(sampled, by_dataset, strict=True)])
+    named = schemes is not None and datasets is not None
+    if not named:
+        # what has no partner is no part of the grid
+        paired = [any(_fits(one, sketch) for one in fitted) for sketch in looks]
+        sampled, planned_datasets, by_dataset, looks = (
+            [one for one, is_paired in zip(column, paired, strict=True) if is_paired]
+            for column in (sampled, planned_datasets, by_dataset, looks)
+        )
+        fitted = [one for one in fitted if any(_fits(one, sketch) for sketch in looks)]
+        if not fitted:
+            raise SpecError("no dataset has faces of a kind that the schemes take: name other schemes or datasets")
+        planned_schemes = tuple(one for one in planned_schemes if one.spec in {str(scheme) for scheme in fitted})
     left_out: tuple[LeftOut, ...] = ()
     if budget is not None:
         faces = {
@@ -247,19 +266,27 @@ def make_plan(
             for one, its_levels, sketch in zip(planned_datasets, by_dataset, looks, strict=True)
         }
         works = [UNKNOWN if work is None else work for work in _looks([(sketches.work, str(one)) for one in fitted])]
-        affordable_levels, left_out = affordable(faces, works, budget)
+        taken = {
+            planned.spec: sum(
+                work + dataset.effort
+                for scheme, work in zip(fitted, works, strict=True)
+                if named or _fits(scheme, sketch)
+            )
+            for planned, dataset, sketch in zip(planned_datasets, sampled, looks, strict=True)
+        }
+        affordable_levels, left_out = affordable(faces, taken, budget)
         by_dataset = [affordable_levels[one.spec] for one in planned_datasets]
     cells = []
     for scheme, planned in zip(fitted, planned_schemes, strict=True):
         for dataset, its_levels, sketch in zip(planned_datasets, by_dataset, looks, strict=True):
-            for level in its_levels:
+            for level in its_levels if named or _fits(scheme, sketch) else ():
                 faces_there = sketch.faces.get(level) if sketch and sketch.faces else None
                 foreseen = _foreseen(scheme, level, sketch) if sketch else ""
                 key = cell_key(planned, dataset, level, planned_measures)
                 cells.append(Cell(planned.spec, dataset.spec, level, faces_there, foreseen, key))
     if not cells:
         raise SpecError("no cell fits into the work of a plain run: choose schemes, datasets or levels")
-    return Plan(tuple(cells), planned_schemes, planned_datasets, planned_measures, left_out)
+    return Plan(tuple(cells), planned_schemes, tuple(planned_datasets), planned_measures, left_out)
 
 
 def _chosen(specs: Sequence[str] | None, kind: type[P]) -> Iterable[P]:
@@ -316,6 +343,11 @@ def _looks(wanted: list[tuple[Any, ...]]) -> list[Any]:
                         case TimedOut() | Died():
                             pass  # its cells will tell
     return result
+
+
+def _fits(scheme: Scheme, sketch: sketches.Sketch | None) -> bool:
+    """Whether a scheme takes the kind of faces a dataset has, or that is not known."""
+    return sketch is None or bool(sketch.problem) or sketch.sides in scheme.domain
 
 
 def _foreseen(scheme: Scheme, level: int, sketch: sketches.Sketch) -> str:

@@ -189,6 +189,8 @@ def _orders(plan: Plan, cells: "pd.DataFrame") -> Iterator[tuple[Any, ...]]:
     claimed = {scheme.spec: scheme.order for scheme in plan.schemes}
     for scheme in plan.schemes:
         for dataset in plan.datasets:
+            if (scheme.spec, dataset.spec) not in plan.pairs:
+                continue
             own = cells[(cells["scheme"] == scheme.spec) & (cells["dataset"] == dataset.spec)]
             ok = own[own["status"] == "ok"].sort_values("level")
             for column in plan.columns:

@@ -7,7 +7,7 @@ same installation plans the same cells on every machine.
 
 import dataclasses
 import typing
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -37,7 +37,7 @@ def cell_weight(faces: int | None) -> float:
 
 
 def affordable(
-    faces: Mapping[str, Mapping[int, int]], works: Sequence[float], budget: float
+    faces: Mapping[str, Mapping[int, int]], works: Mapping[str, float], budget: float
 ) -> tuple[dict[str, tuple[int, ...]], tuple[LeftOut, ...]]:
     """Choose levels: the cheapest first, a level never without those below it, until the work is used up.
 
@@ -46,7 +46,7 @@ def affordable(
     faces
         Faces by dataset and level.
     works
-        Work a face of every scheme.
+        Work a face of all schemes together, by dataset.
     budget
         Work that all cells together may take.
 
@@ -57,12 +57,15 @@ def affordable(
         coarsest has no level.
     """
     # small meshes of all datasets come before large ones of any
-    wanted = sorted((count, dataset, level) for dataset, levels in faces.items() for level, count in levels.items())
+    wanted = sorted(
+        (works[dataset] * cell_weight(count), dataset, level)
+        for dataset, levels in faces.items()
+        for level, count in levels.items()
+    )
     chosen: dict[str, list[int]] = {dataset: [] for dataset in faces}
     full: set[str] = set()
     spent = 0.0
-    for count, dataset, level in wanted:
-        cost = sum(works) * cell_weight(count)
+    for cost, dataset, level in wanted:
         if dataset not in full and spent + cost <= budget:
             chosen[dataset].append(level)
             spent += cost

@@ -21,12 +21,16 @@ class Dataset(Plugin):
         Whether the meshes have no boundary; None where it depends on the parameters.
     finest
         The highest level that a plain run computes; level 0 is the coarsest.
+    effort
+        What a face costs to measure against the exact surface, beyond what a closed formula costs: in units of a scheme
+        of one cubic triangle a face, fitted and measured. Used to plan runs.
     shape
         What its exact surface is, where a scheme may claim to reproduce that; None for any other surface.
     """
 
     closed: ClassVar[bool | None]
     finest: ClassVar[int]
+    effort: ClassVar[float] = 0.0
     shape: ClassVar[Shape | None] = None
     required: ClassVar[tuple[str, ...]] = (*Plugin.required, "closed", "finest")
 

@@ -9,13 +9,13 @@ import pytest
 from hand_made_results import COLUMNS, good, results
 
 from testbed.harness.cell import Outcome
-from testbed.harness.results import Results
+from testbed.harness.results import Results, tabulate
 from testbed.plugins.measure import Column
 from testbed_reports.findings import findings
 from testbed_reports.grid import Grid
 from testbed_reports.page import render
 from testbed_reports.panels import TOGETHER, groups, panels
-from testbed_reports.ranking import ranking
+from testbed_reports.ranking import Ranking, rankings
 from testbed_reports.view import view
 
 WITH_ERRORS = (*COLUMNS, Column("gauss_error_rms", "error of the Gaussian curvature", converges=True, exact=True))
@@ -41,8 +41,41 @@ def variants(**changed: Any) -> Results:
     return replace(found, plan=replace(found.plan, schemes=schemes, **changed))
 
 
+def ranking_of(grid: Grid) -> Ranking | None:
+    """The one ranking of schemes that share their datasets."""
+    found = rankings(grid)
+    assert len(found) <= 1
+    return found[0] if found else None
+
+
+def of_two_kinds() -> Results:
+    """Schemes a and b on ``ball``, c and d on ``ring``, which has faces of another kind."""
+    found = results(("a", "b", "c", "d"), ("ball", "ring"), 2, made, shape=None, columns=WITH_ERRORS)
+    cells = tuple(cell for cell in found.plan.cells if (cell.scheme in "ab") == (cell.dataset == "ball"))
+    plan = replace(found.plan, cells=cells)
+    return tabulate(plan, {cell.key: made(cell.scheme, cell.dataset, cell.level) for cell in cells}, {})
+
+
+def test_schemes_that_take_other_faces_are_compared_apart() -> None:
+    found = of_two_kinds()
+    grid = Grid.of(found)
+    assert grid.circles() == (((0, 1), ("ball",)), ((2, 3), ("ring",)))
+    assert [[row.scheme for row in one.rows] for one in rankings(grid)] == [["a", "b"], ["d", "c"]]
+    assert not any(one.unranked for one in rankings(grid))
+    assert {(row["scheme"], row["dataset"]) for row in grid.claims if row["dataset"]} == found.plan.pairs
+    page = view(found)
+    assert [[row.scheme for row in section.table.rows] for section in page.sections if section.table] == [
+        ["a", "b"],
+        ["c", "d"],
+    ]
+    assert [[cell.order.text == "" for cell in row] for row in page.overview] == [[False, True]] * 2 + [
+        [True, False]
+    ] * 2
+    assert render(page).count("Errors against the exact surfaces") == 2
+
+
 def test_factors_are_geometric_means_over_the_datasets() -> None:
-    found = ranking(Grid.of(results(("a", "b", "c"), ("ball", "ring"), 2, made, shape=None, columns=WITH_ERRORS)))
+    found = ranking_of(Grid.of(results(("a", "b", "c"), ("ball", "ring"), 2, made, shape=None, columns=WITH_ERRORS)))
     assert found is not None
     assert [row.scheme for row in found.rows] == ["a", "b", "c"]
     index = [one.column for one in found.criteria].index("gauss_error_rms")
@@ -63,7 +96,7 @@ def test_spheres_and_other_surfaces_are_ranked_apart() -> None:
     found = results(("a", "b", "c"), ("ball", "ring"), 2, make, shape=None, columns=WITH_ERRORS)
     ball, ring = found.plan.datasets
     plan = replace(found.plan, datasets=(replace(ball, shape="spheres"), ring))
-    ranked = ranking(Grid.of(replace(found, plan=plan)))
+    ranked = ranking_of(Grid.of(replace(found, plan=plan)))
     assert ranked is not None
     assert any("on spheres: c (1.00)" in sentence for sentence in ranked.sentences)
     assert any("on other surfaces: a (1.00)" in sentence for sentence in ranked.sentences)
@@ -76,7 +109,7 @@ def test_a_scheme_without_a_surface_on_some_dataset_is_not_ranked_and_named() ->
     def make(scheme: str, dataset: str, level: int) -> Outcome:
         return Outcome("refused", "no") if (scheme, dataset) == ("b", "ring") else made(scheme, dataset, level)
 
-    found = ranking(Grid.of(results(("a", "b", "c"), ("ball", "ring"), 2, make, shape=None, columns=WITH_ERRORS)))
+    found = ranking_of(Grid.of(results(("a", "b", "c"), ("ball", "ring"), 2, make, shape=None, columns=WITH_ERRORS)))
     assert found is not None
     assert [row.scheme for row in found.rows] == ["a", "c"]
     assert found.unranked == ("b (refused on ring)",)
@@ -88,15 +121,15 @@ def test_rounding_is_no_victory() -> None:
         tiny = {"a": 1e-17, "b": 0.0, "c": 1e-16}[scheme]
         return replace(done, values={**(done.values or {}), "distance_max": tiny})
 
-    found = ranking(Grid.of(results(("a", "b", "c"), ("ball",), 2, make, shape=None, columns=WITH_ERRORS)))
+    found = ranking_of(Grid.of(results(("a", "b", "c"), ("ball",), 2, make, shape=None, columns=WITH_ERRORS)))
     assert found is not None
     index = [one.column for one in found.criteria].index("distance_max")
     assert {row.factors[index].text for row in found.rows} == {"1.00"}
 
 
 def test_one_scheme_or_planes_alone_have_no_ranking() -> None:
-    assert ranking(Grid.of(results(("a",), ("ball",), 2, made, shape=None, columns=WITH_ERRORS))) is None
-    assert ranking(Grid.of(results(("a", "b"), ("ball",), 2, made, shape="planes", columns=WITH_ERRORS))) is None
+    assert ranking_of(Grid.of(results(("a",), ("ball",), 2, made, shape=None, columns=WITH_ERRORS))) is None
+    assert ranking_of(Grid.of(results(("a", "b"), ("ball",), 2, made, shape="planes", columns=WITH_ERRORS))) is None
 
 
 def test_the_effect_of_a_curve_is_its_error_over_the_usual_curve_s() -> None:
@@ -174,4 +207,4 @@ def test_the_page_shows_ranking_findings_and_what_was_left_out() -> None:
     text = render(page)
     assert 'id="ranking"' in text
     assert 'id="findings"' in text
-    assert math.isfinite(float(page.ranking.rows[0].factors[0].exact) if page.ranking else math.nan)
+    assert math.isfinite(float(page.rankings[0].rows[0].factors[0].exact) if page.rankings else math.nan)
