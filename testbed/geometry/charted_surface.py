@@ -113,7 +113,8 @@ class ChartedSurface(ExactSurface):
 
     def _from(self, points: Float, starts: Int) -> Foot:
         table = samples(self.charts, self.steps)
-        return descend(self.charts, table.polygons, points, table.chart[starts], table.at[starts])
+        known = table.jets[:, starts]
+        return descend(self.charts, table.polygons, points, table.chart[starts], table.at[starts], known)
 
     def _improve(self, feet: Foot, points: Float, starts: Int) -> None:
         """Replace feet by nearer ones found from samples ``starts`` (N,); -1 is no start."""
@@ -178,8 +179,8 @@ class Samples:
     ----------
     tree
         Finds the nearest samples.
-    points
-        (M, 3) places.
+    jets
+        (6, M, 3) positions and derivatives.
     chart, at
         (M,) and (M, 2) charts and parameters.
     step
@@ -189,11 +190,17 @@ class Samples:
     """
 
     tree: "cKDTree"
-    points: Float
+    jets: Float
     chart: Int
     at: Float
     step: Float
     polygons: Float
+
+    @property
+    def points(self) -> Float:
+        """(M, 3) places."""
+        places: Float = self.jets[0]
+        return places
 
     def nearest(self, points: Float) -> Int:
         """Samples (N, k) nearest to points, the nearest first."""
@@ -244,7 +251,7 @@ def samples(charts: Charts, steps: int) -> Samples:
     at = [np.unique(np.einsum("sk,tkx->tsx", weights, triangle_fan(one)[0]).reshape(-1, 2), axis=0) for one in corners]
     chart = np.repeat(np.arange(len(charts)), [len(one) for one in at])
     everywhere = np.concatenate(at)
-    jet = charts.jets(chart, everywhere, 1)
+    jet = charts.jets(chart, everywhere, 2)
     extent = np.ptp(polygons, axis=1)[chart] / steps
     step = extent[:, 0] * norm(jet.fu) + extent[:, 1] * norm(jet.fv)
-    return Samples(cKDTree(jet.f), jet.f, chart, everywhere, step, polygons)
+    return Samples(cKDTree(jet.f), jet.coefficients, chart, everywhere, step, polygons)

@@ -11,7 +11,7 @@ from testbed.geometry.vectors import Bool, Float, Int, dot, norm
 #: Newton's method takes about four steps from the nearest sample; far from the surface more.
 MOST_STEPS = 100
 #: After a full step below this, relative to the size of the polygon, the next error is below rounding.
-LAST_STEP = 1e-9
+LAST_STEP = 1e-8
 #: No eigenvalue of the Hessian counts for less than this times the other's modulus.
 SINGULAR = 1e-6
 #: A step has failed when it leads away from the point however short it is made.
@@ -51,7 +51,7 @@ class Foot:
             values[rows] = new
 
 
-def descend(charts: Charts, polygons: Float, points: Float, chart: Int, start: Float) -> Foot:
+def descend(charts: Charts, polygons: Float, points: Float, chart: Int, start: Float, known: Float) -> Foot:
     """Minimise the squared distance to points over charts, downhill from parameters in their polygons.
 
     Each step goes to the minimum, over the polygon, of the quadratic model of half the squared distance; where the
@@ -68,6 +68,8 @@ def descend(charts: Charts, polygons: Float, points: Float, chart: Int, start: F
         (N, 3), finite.
     chart, start
         (N,) charts and (N, 2) parameters to start from.
+    known
+        (6, N, 3) jets there.
     """
     count = len(points)
     feet = Foot.none(count)
@@ -78,11 +80,12 @@ def descend(charts: Charts, polygons: Float, points: Float, chart: Int, start: F
     with np.errstate(
         all="ignore"
     ):  # far points may overflow, and where a chart is singular 0/0 is met: both end as NaN
-        for _ in range(MOST_STEPS):
+        for rounds in range(MOST_STEPS):
             if not len(active):
                 break
             trial = at[active] + factor[active, None] * step[active]
-            jet = charts.jets(chart[active], trial, 2)
+            # nothing has been evaluated before the first round but the starts
+            jet = charts.jets(chart[active], trial, 2) if rounds else Jet(known)
             away = jet.f - points[active]
             distance = norm(away)
             nearer = distance <= best[active] + ROUNDING * (np.abs(points[active]).max(axis=1) + distance)
