@@ -281,6 +281,49 @@ def tune(
     raise typer.Exit(tune_command(study, as_json=as_json))
 
 
+@app.command(epilog="[dim]Example:[/dim]  testbed approximate ellipsoid --epsilon 0.4 --distance 1e-3 -o ellipsoid")
+def approximate(
+    dataset: Annotated[
+        str,
+        typer.Argument(
+            metavar="DATASET", help="What to approximate, as name\\[field=value,...]; level 0 is the start."
+        ),
+    ],
+    *,
+    epsilon: Annotated[
+        float,
+        typer.Option("--epsilon", metavar="DEG", help="Largest angle between the normals of neighbouring patches."),
+    ],
+    distance: Annotated[
+        float | None,
+        typer.Option("--distance", metavar="D", help="Largest distance to the exact surface. Default: any."),
+    ] = None,
+    scheme: Annotated[
+        str, typer.Option("-s", "--scheme", metavar="SCHEME", help="A scheme, as name or name\\[field=value,...].")
+    ] = "cubic-interpolant",
+    split: Annotated[
+        str, typer.Option(metavar="RULE", help="How triangles are split: template (Mann 1992) or longest-edge.")
+    ] = "template",
+    criterion: Annotated[
+        str,
+        typer.Option(metavar="HOW", help="The angle counts anywhere on an edge (exact) or at ten places (sampled)."),
+    ] = "exact",
+    steps: Annotated[int, typer.Option(min=0, metavar="N", help="Most refinements.")] = 20,
+    most_faces: Annotated[int, typer.Option(min=1, metavar="N", help="Most faces of a mesh.")] = 50_000,
+    least_angle: Annotated[float, typer.Option(min=0.0, metavar="DEG", help="Smallest angle of a face.")] = 0.5,
+    output: Directory = Path("approximation"),
+    as_json: Json = False,
+) -> None:
+    """Approximate a dataset's exact surface: refine its mesh until all bounds are reached, or say what prevents it.
+
+    Exit code 1 if a bound was not reached.
+    """
+    from testbed.cli.approximating import Task, approximate_command
+
+    task = Task(dataset, scheme, epsilon, distance, split, criterion, steps, most_faces, least_angle, output)
+    raise typer.Exit(approximate_command(task, as_json=as_json))
+
+
 def main() -> None:
     """Run the command line and leave with its exit code."""
     # numpy reads these when it is imported; results do not depend on the number of threads, and workers are the threads
