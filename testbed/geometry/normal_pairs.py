@@ -29,7 +29,7 @@ ROUNDING = 2.0**-53
 #: What a bound is enlarged by for the rounding of the few operations since its coefficients.
 SLACK = 16.0 * ROUNDING
 #: Intervals between the first samples of an edge.
-FIRST = 8
+FIRST = 4
 
 
 @dataclass(frozen=True, eq=False)

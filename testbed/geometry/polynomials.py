@@ -17,7 +17,7 @@ DEPTH = 26
 #: Newton steps for a root that is alone; a bracket is kept, so that even bisection alone ends within 1e-9.
 STEPS = 30
 #: A Newton step below this was the last: the next would be below its square.
-LAST_STEP = 1e-7
+LAST_STEP = 1e-6
 
 
 @cache
@@ -67,12 +67,21 @@ def wronskian(p: Float, q: Float) -> Float:
     return n * (multiply(p[1:], q[:-1]) - multiply(p[:-1], q[1:]))
 
 
+def basis(degree: int, t: Float) -> Float:
+    """Bernstein polynomials of a degree at parameters (R,), (degree + 1, R)."""
+    powers = np.ones((2, degree + 1, *t.shape))
+    for i in range(1, degree + 1):
+        np.multiply(powers[0, i - 1], t, out=powers[0, i])
+        np.multiply(powers[1, i - 1], 1.0 - t, out=powers[1, i])
+    return scaled(powers[0] * powers[1, ::-1])
+
+
 def evaluate(p: Float, t: Float) -> Float:
-    """Values (..., R) of polynomials (n + 1, ..., R) at a parameter (R,) each, by the de Casteljau algorithm."""
-    s = 1.0 - t
-    while len(p) > 1:
-        p = s * p[:-1] + t * p[1:]
-    value: Float = p[0]
+    """Values (..., R) of polynomials (n + 1, ..., R) at a parameter (R,) each, or at one for all (1,)."""
+    weights = basis(len(p) - 1, t)
+    value: Float = weights[0] * p[0]
+    for weight, coefficient in zip(weights[1:], p[1:], strict=True):
+        value += weight * coefficient
     return value
 
 
@@ -130,7 +139,7 @@ def _only_root(p: Float) -> Float:
     In r = t / (1 - t) or its inverse, whichever is at most 1, p is (1 - t)^n or t^n times a polynomial with the scaled
     coefficients, which takes one multiplication a coefficient and has the same root.
     """
-    middle = evaluate(p, np.full(p.shape[1], 0.5))
+    middle = evaluate(p, np.full(1, 0.5))
     late = (middle < 0.0) == (p[0] < 0.0)
     c = scaled(np.where(late, p[::-1], p))
     c *= np.where(c[0] < 0.0, -1.0, 1.0)
@@ -142,10 +151,12 @@ def _only_root(p: Float) -> Float:
     root = np.empty(p.shape[1])
     r = np.where((r >= 0.0) & (r <= 1.0), r, 0.5)
     for _ in range(STEPS):
-        value, slope = c[-1], np.zeros_like(r)
+        value, slope = c[-1].copy(), np.zeros_like(r)
         for coefficient in c[-2::-1]:
-            slope = slope * r + value
-            value = value * r + coefficient
+            slope *= r
+            slope += value
+            value *= r
+            value += coefficient
         low, high = np.where(value > 0.0, r, low), np.where(value > 0.0, high, r)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             following = r - value / slope

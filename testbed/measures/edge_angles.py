@@ -91,12 +91,13 @@ def have_exact_angles(surface: Surface, edges: PatchEdges) -> Bool:
 def normal_pairs(surface: Surface, edges: PatchEdges, rows: Int) -> Iterator[tuple[Int, NormalPairs]]:
     """Yield blocks of some rows (R,) of edges, and the normals on their two sides; each row once."""
     left, right = edges.left[rows], edges.right[rows]
-    # one number for what has one degree along the edge: part and direction on both sides
-    kinds = np.stack([left.part, left.side % 2, right.part, right.side % 2])
-    triangles = np.array([batch.sides == 3 for batch in surface.batches], dtype=np.bool_)
-    kinds[1, triangles[left.part]] = kinds[3, triangles[right.part]] = 0
-    for kind in np.unique(kinds, axis=1).T:
-        (alike,) = np.nonzero((kinds == kind[:, None]).all(axis=0))
+    # edges of one kind have normals of the same degrees: part and, on tensor-product patches, direction on both sides
+    kind = np.zeros(len(rows), dtype=np.int64)
+    for sides in (left, right):
+        corners = np.array([batch.sides for batch in surface.batches], dtype=np.int64)[sides.part]
+        kind = 2 * (len(surface.batches) * kind + sides.part) + np.where(corners == 4, sides.side % 2, 0)
+    for one_kind in np.unique(kind):
+        (alike,) = np.nonzero(kind == one_kind)
         for block in blocks(len(alike)):
             chosen = alike[block]
             one, other = _normals(surface, left[chosen]), _normals(surface, right[chosen])
