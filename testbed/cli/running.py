@@ -72,6 +72,11 @@ def left_out_lines(planned: Plan) -> list[str]:
             f"left out: other boundary curves for the {len(on_networks)} schemes that take them; -b all computes them "
             "(-b hermite -b planar some)"
         )
+    apart = len(planned.schemes) * len(planned.datasets) - len(planned.pairs)
+    if apart:
+        lines.append(
+            f"left out: {apart} pairs of a scheme and a dataset with other faces; name both to see the refusals"
+        )
     return lines
 
 
@@ -92,7 +97,7 @@ def run_command(
     if directory.exists() and not directory.is_dir():
         raise TestbedError(f"{directory} is a file: name a directory with -o")
     planned = asked.plan()
-    grid = f"{len(planned.schemes)} schemes x {len(planned.datasets)} datasets: {len(planned.cells)} cells"
+    grid = f"{len(planned.schemes)} schemes, {len(planned.datasets)} datasets: {len(planned.cells)} cells"
     console.print(f"{grid}, in {directory}/", markup=False)
     summary = run_with_progress(console, planned, directory, jobs, timeout, retry_failed=retry_failed)
     if summary.interrupted:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from toy_plugins import Toy
 
 from testbed.errors import SpecError
 from testbed.harness.plan import Plan, make_plan, parse_levels
@@ -73,9 +74,18 @@ def test_a_dataset_that_breaks_does_not_break_the_plan(toy_plan: Planning) -> No
     assert [cell.faces for cell in plan.cells] == [None] * 6 + [2, 8]
 
 
-def test_the_default_grid_has_every_registered_dataset() -> None:
+def test_the_default_grid_has_every_registered_dataset_of_the_faces_that_schemes_take() -> None:
     plan = make_plan(["toy"], None, "0", ["sums"])
-    assert [dataset.spec for dataset in plan.datasets] == list(catalogue(Dataset))  # type: ignore[type-abstract]
+    assert set(Toy.domain) == {3}
+    taken = [name for name, one in catalogue(Dataset).items() if one().mesh(0).sides == 3]  # type: ignore[type-abstract]
+    assert [dataset.spec for dataset in plan.datasets] == taken
+    assert "quad-torus" not in taken
+
+
+def test_faces_that_a_scheme_does_not_take_are_refused_where_both_are_named() -> None:
+    (cell,) = make_plan(["toy"], ["quad-torus"], "0", ["sums"]).cells
+    assert cell.foreseen == "faces have 4 sides, and the scheme takes 3"
+    assert {cell.scheme for cell in make_plan(None, ["quad-torus"], "0", ["sums"]).cells}.isdisjoint({"toy", "flat"})
 
 
 def test_a_file_that_cannot_be_read_is_an_error_that_names_it(toy_plan: Planning, tmp_path: Path) -> None:
