@@ -60,40 +60,45 @@ def normal_jumps(pairs: NormalPairs, floor: float = 0.0, gap: float = GAP) -> No
     gap
         Largest relative width of the enclosure, where rounding allows it.
     """
-    angle, t = pairs.sampled()
+    angle, t, rounding = pairs.sampled()
     angle = np.where(pairs.regular, angle, np.nan)
     high = pairs.first_bound()
     # false for NaN. Patches that join smoothly end here: where all is rounding, a root is anywhere
-    undecided = high > angle + 2.0 * pairs.rounding(t)
+    undecided = high > angle + 2.0 * rounding
     (rows,) = np.nonzero(undecided & (high > floor))
     if len(rows):
         chosen = pairs[rows]
-        angle[rows], t[rows] = _solved(chosen, angle[rows], t[rows])
-        high[rows] = np.minimum(high[rows], enclosed(chosen, angle[rows], t[rows], floor, gap))
+        found = solved(chosen, angle[rows], t[rows], rounding[rows])
+        high[rows] = np.minimum(high[rows], enclosed(chosen, *found, floor, gap))
+        angle[rows], t[rows], rounding[rows] = found
         undecided[rows] = False
-    low = np.maximum(angle - pairs.rounding(t), 0.0)
-    return NormalJumps(angle, t, low, np.where(np.isnan(angle), np.nan, np.maximum(high, angle)), ~undecided)
+    high = np.where(np.isnan(angle), np.nan, np.maximum(high, angle))
+    return NormalJumps(angle, t, np.maximum(angle - rounding, 0.0), high, ~undecided)
 
 
-def _solved(pairs: NormalPairs, angle: Float, t: Float) -> tuple[Float, Float]:
-    """Largest angles (E,) and their places (E,) among those given and those at stationary places."""
+def solved(pairs: NormalPairs, angle: Float, t: Float, rounding: Float) -> tuple[Float, Float, Float]:
+    """Return the largest angles (E,), their places (E,) and rounding (E,), from those given and the stationary ones."""
     row, place = pairs.stationary_places()
-    row, place = np.concatenate([np.arange(len(pairs)), row]), np.concatenate([t, place])
-    value = np.concatenate([angle, pairs.angles(place[len(pairs) :], row[len(pairs) :])])
+    value, error = pairs.angles(place, row)
+    row = np.concatenate([np.arange(len(pairs)), row])
+    columns = [np.concatenate(both) for both in ((angle, value), (t, place), (rounding, error))]
     # by row; the largest last, NaN for the largest; of equal ones the first place
-    order = np.lexsort((-place, value, row))
+    order = np.lexsort((-columns[1], columns[0], row))
     last = order[np.searchsorted(row[order], np.arange(len(pairs)), side="right") - 1]
-    return value[last], place[last]
+    value, place, error = (column[last] for column in columns)
+    return value, place, error
 
 
-def enclosed(pairs: NormalPairs, angle: Float, t: Float, floor: float = 0.0, gap: float = GAP) -> Float:
-    """Guaranteed upper bounds (E,) of the angles along edges, from angles (E,) attained at parameters (E,)."""
+def enclosed(
+    pairs: NormalPairs, angle: Float, t: Float, rounding: Float, floor: float = 0.0, gap: float = GAP
+) -> Float:
+    """Guaranteed upper bounds (E,) of the angles, from angles (E,) that are attained at (E,) but for rounding (E,)."""
     count, degree = len(pairs), len(pairs.cosine) - 1
     lengths = norm(np.moveaxis(pairs.sine, 1, -1)).max(axis=0), np.abs(pairs.cosine).max(axis=0)
     # errors of N, V^2 and N^2: first those of their coefficients, then those of each division
     errors = [pairs.error, *((2.0 * x + pairs.error) * pairs.error + _roundings(degree) * x * x for x in lengths)]
     growth = [6.0 * degree * ROUNDING * x for x in (lengths[1], lengths[0] ** 2, lengths[1] ** 2)]
-    target = np.maximum(angle, floor) * (1.0 + gap) + pairs.rounding(t)
+    target = np.maximum(angle, floor) * (1.0 + gap) + rounding
     row = np.tile(np.arange(count), 2)
     high = angle.copy()
     forms = [pairs.cosine, multiply_dot(pairs.sine, pairs.sine), multiply(pairs.cosine, pairs.cosine)]

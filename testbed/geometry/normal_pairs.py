@@ -21,7 +21,7 @@ from typing import Self
 import numpy as np
 
 from testbed.geometry.normal_fields import NormalFields
-from testbed.geometry.polynomials import evaluate, multiply, multiply_cross, multiply_dot, real_roots, wronskian
+from testbed.geometry.polynomials import basis, combine, multiply, multiply_cross, multiply_dot, real_roots, wronskian
 from testbed.geometry.vectors import Bool, Float, Int, norm
 
 #: The relative error of an operation: half a unit in the last place.
@@ -74,22 +74,28 @@ class NormalPairs:
     @property
     def regular(self) -> Bool:
         """(E,) true where all is finite and no normal vanishes at an end."""
-        ends = [side.normals[[0, -1]] != 0.0 for side in (self.left, self.right)]
-        finite = np.isfinite(self.cosine).all(axis=0) & np.isfinite(self.sine).all(axis=(0, 1))
-        regular: Bool = finite & ends[0].any(axis=1).all(axis=0) & ends[1].any(axis=1).all(axis=0)
+        # one number that is not finite makes the sum so
+        with np.errstate(invalid="ignore", over="ignore"):
+            regular: Bool = np.isfinite(self.cosine.sum(axis=0) + self.sine.sum(axis=(0, 1)))
+        for normals in (self.left.normals, self.right.normals):
+            for end in (0, -1):
+                regular &= (normals[end] != 0.0).any(axis=0)
         return regular
 
-    def angles(self, t: Float, row: Int | None = None) -> Float:
-        """Angles (K,) at parameters (K,) of rows (K,), all of them by default; NaN where a normal vanishes."""
-        rows: Int | slice = slice(None) if row is None else row
-        return _angle(evaluate(self.sine[:, :, rows], t), evaluate(self.cosine[:, rows], t))
+    def angles(self, t: Float, row: Int | None = None) -> tuple[Float, Float]:
+        """Angles (K,) at parameters (K,) or (1,) of rows (K,), by default all, and bounds (K,) of their rounding.
 
-    def rounding(self, t: Float) -> Float:
-        """Bounds (E,) of the rounding in the angles at parameters (E,)."""
+        NaN where a normal vanishes.
+        """
+        rows: Int | slice = slice(None) if row is None else row
+        weights = basis(len(self.cosine) - 1, t)
+        sine, cosine = combine(weights, self.sine[:, :, rows]), combine(weights, self.cosine[:, rows])
+        sine = norm(np.moveaxis(sine, 0, -1))
+        angle, length, error = np.arctan2(sine, cosine), np.hypot(sine, cosine), 4.0 * self.error[rows]
         # the error of evaluation is below that of the coefficients, whose scale it has
-        lengths = np.hypot(norm(evaluate(self.sine, t).T), evaluate(self.cosine, t))
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(lengths > 4.0 * self.error, 4.0 * self.error / lengths, np.pi) + 8.0 * ROUNDING
+            rounding = np.where(length > error, error / length, np.pi) + 8.0 * ROUNDING
+        return np.where(length == 0.0, np.nan, angle), rounding
 
     def shared(self) -> Bool:
         """(E,) true where both sides have the same derivative along the edge to the last bit."""
@@ -154,15 +160,14 @@ class NormalPairs:
             bound = np.arctan(((norm(np.moveaxis(self.sine, 1, -1)) + self.error) / least).max(axis=0))
         return np.where((least > 0.0).all(axis=0), bound * (1.0 + SLACK), np.pi)
 
-    def sampled(self) -> tuple[Float, Float]:
-        """Largest angle (E,) of even samples, the ends included, and where it is (E,); NaN if one of them is."""
-        t = np.arange(FIRST + 1) / FIRST
-        angles = np.stack([self.angles(np.full(1, place)) for place in t])
-        peak = angles.argmax(axis=0)
-        return angles.max(axis=0), t[peak]
-
-
-def _angle(sine: Float, cosine: Float) -> Float:
-    """Angles (K,) from V (3, K) and N (K,); NaN where both are zero, that is where a normal is."""
-    angle: Float = np.arctan2(norm(sine.T), cosine)
-    return np.where((cosine == 0.0) & (angle == 0.0), np.nan, angle)
+    def sampled(self) -> tuple[Float, Float, Float]:
+        """Largest angle (E,) of even samples, ends included, its place (E,) and rounding (E,); NaN if one is."""
+        angle, rounding = self.angles(np.zeros(1))
+        t = np.zeros(len(self))
+        for place in np.arange(1, FIRST + 1) / FIRST:
+            other, its_rounding = self.angles(np.full(1, place))
+            # once NaN, always NaN
+            larger = (other > angle) | np.isnan(other)
+            angle, rounding = np.where(larger, other, angle), np.where(larger, its_rounding, rounding)
+            t[larger] = place
+        return angle, t, rounding

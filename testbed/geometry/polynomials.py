@@ -33,26 +33,43 @@ def scaled(p: Float) -> Float:
     return p * _binomials(len(p) - 1).reshape(-1, *(1,) * (p.ndim - 1))
 
 
+def _unscaled(p: Float) -> Float:
+    """Divide scaled coefficients, in place, by the binomials."""
+    p /= _binomials(len(p) - 1).reshape(-1, *(1,) * (p.ndim - 1))
+    return p
+
+
+def _add_product(total: Float, p: Float, q: Float) -> None:
+    """Add to scaled coefficients (m + n + 1, ...) the product of polynomials with scaled coefficients: no weights."""
+    for i, coefficient in enumerate(p):
+        total[i : i + len(q)] += coefficient * q
+
+
 def multiply(p: Float, q: Float) -> Float:
     """Product of polynomials (m + 1, ...) and (n + 1, ...), of degree m + n; the other axes broadcast."""
-    m, n = len(p) - 1, len(q) - 1
-    p, q = scaled(p), scaled(q)
-    product = np.zeros((m + n + 1, *np.broadcast_shapes(p.shape[1:], q.shape[1:])))
-    for i in range(m + 1):
-        product[i : i + n + 1] += p[i] * q
-    product /= _binomials(m + n).reshape(-1, *(1,) * (product.ndim - 1))
-    return product
+    product = np.zeros((len(p) + len(q) - 1, *np.broadcast_shapes(p.shape[1:], q.shape[1:])))
+    _add_product(product, scaled(p), scaled(q))
+    return _unscaled(product)
 
 
 def multiply_dot(p: Float, q: Float) -> Float:
     """Scalar product of vector polynomials (m + 1, 3, R) and (n + 1, 3, R), (m + n + 1, R)."""
-    return multiply(p[:, 0], q[:, 0]) + multiply(p[:, 1], q[:, 1]) + multiply(p[:, 2], q[:, 2])
+    p, q = scaled(p), scaled(q)
+    product = np.zeros((len(p) + len(q) - 1, p.shape[-1]))
+    for x in range(3):
+        _add_product(product, p[:, x], q[:, x])
+    return _unscaled(product)
 
 
 def multiply_cross(p: Float, q: Float) -> Float:
     """Vector product of vector polynomials (m + 1, 3, R) and (n + 1, 3, R), (m + n + 1, 3, R)."""
-    following, last = [1, 2, 0], [2, 0, 1]
-    return multiply(p[:, following], q[:, last]) - multiply(p[:, last], q[:, following])
+    p, q = scaled(p), scaled(q)
+    opposite = -p
+    product = np.zeros((len(p) + len(q) - 1, 3, p.shape[-1]))
+    for x in range(3):
+        _add_product(product[:, x], p[:, x - 2], q[:, x - 1])
+        _add_product(product[:, x], opposite[:, x - 1], q[:, x - 2])
+    return _unscaled(product)
 
 
 def wronskian(p: Float, q: Float) -> Float:
@@ -76,9 +93,8 @@ def basis(degree: int, t: Float) -> Float:
     return scaled(powers[0] * powers[1, ::-1])
 
 
-def evaluate(p: Float, t: Float) -> Float:
-    """Values (..., R) of polynomials (n + 1, ..., R) at a parameter (R,) each, or at one for all (1,)."""
-    weights = basis(len(p) - 1, t)
+def combine(weights: Float, p: Float) -> Float:
+    """Values (..., R) of polynomials (n + 1, ..., R) where the Bernstein polynomials are (n + 1, R or 1)."""
     value: Float = weights[0] * p[0]
     for weight, coefficient in zip(weights[1:], p[1:], strict=True):
         value += weight * coefficient
@@ -139,7 +155,7 @@ def _only_root(p: Float) -> Float:
     In r = t / (1 - t) or its inverse, whichever is at most 1, p is (1 - t)^n or t^n times a polynomial with the scaled
     coefficients, which takes one multiplication a coefficient and has the same root.
     """
-    middle = evaluate(p, np.full(1, 0.5))
+    middle = combine(basis(len(p) - 1, np.full(1, 0.5)), p)
     late = (middle < 0.0) == (p[0] < 0.0)
     c = scaled(np.where(late, p[::-1], p))
     c *= np.where(c[0] < 0.0, -1.0, 1.0)
