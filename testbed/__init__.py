@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from testbed.errors import MeshError, PluginError, Refused, SpecError, TestbedError
     from testbed.geometry.mesh import HermiteMesh
+    from testbed.geometry.mesh_arrays import save_mesh
     from testbed.geometry.mesh_files import load_mesh
     from testbed.geometry.surface import Surface
     from testbed.registry import boundary_curve, dataset, measure, scheme
@@ -27,6 +28,7 @@ _HOME = {
     "dataset": "testbed.registry",
     "load_mesh": "testbed.geometry.mesh_files",
     "measure": "testbed.registry",
+    "save_mesh": "testbed.geometry.mesh_arrays",
     "scheme": "testbed.registry",
 }
 
@@ -42,6 +44,7 @@ __all__ = [
     "dataset",
     "load_mesh",
     "measure",
+    "save_mesh",
     "scheme",
 ]
 

@@ -14,12 +14,13 @@ EXAMPLE: Final = Path(__file__).with_name("pebble.ply")
 
 @dataclass(frozen=True)
 class MeshFile(Dataset):
-    """A mesh file, ``mesh:PATH``: level 0 only, no exact surface, no second fundamental forms.
+    """A mesh file, ``mesh:PATH``: level 0 only, no exact surface; second fundamental forms only from NPZ files.
 
     Parameters
     ----------
     path
-        The file, in any format that ``testbed.load_mesh`` reads; relative to the current folder. Without one, a small
+        The file, in any format that ``testbed.load_mesh`` reads, as the mesh.npz that ``testbed approximate`` writes;
+        relative to the current folder. Without one, a small
         example that comes with the package: a closed mesh of a pebble without symmetry, whose normals are estimated.
     """
 

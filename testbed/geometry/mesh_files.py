@@ -1,4 +1,4 @@
-"""Meshes from files, in any format trimesh reads: PLY, OBJ, STL, OFF, GLB and others."""
+"""Meshes from files: in any format trimesh reads (PLY, OBJ, STL, OFF, GLB and others), and NPZ with all the data."""
 
 from os import PathLike
 from pathlib import Path
@@ -8,6 +8,7 @@ import numpy as np
 
 from testbed.errors import MeshError
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.mesh_arrays import SUFFIX, load_arrays
 from testbed.geometry.mesh_checks import check_range
 from testbed.geometry.vectors import Float, Int, angle_between, norm
 
@@ -16,7 +17,10 @@ CREASE_DEG = 30.0
 
 
 def load_mesh(path: str | PathLike[str], normals: Literal["auto", "file", "estimated"] = "auto") -> HermiteMesh:
-    """Read a mesh of triangles from a file.
+    """Read a mesh from a file.
+
+    An NPZ file (:func:`testbed.save_mesh`) holds named arrays: the mesh as it is, with second fundamental forms if they
+    are there. What follows is about the other formats, which hold triangles.
 
     All meshes in the file are put together where the file's scene has them. Vertices at exactly the same position
     become one, the first: STL, and OBJ, GLB or PLY at seams of normals and textures, store them several times.
@@ -44,6 +48,13 @@ def load_mesh(path: str | PathLike[str], normals: Literal["auto", "file", "estim
         One sentence that names the file.
     """
     path = Path(path)
+    if path.suffix.lower() == SUFFIX and path.is_file():
+        stored = load_arrays(path)
+        if normals == "estimated" or (normals == "auto" and stored.normals is None):
+            return stored.with_estimated_normals()
+        if stored.normals is None:
+            raise MeshError(f"{path}: the file has no vertex normals: let them be estimated")
+        return stored
     scene = read_scene(path)
     remark = ""
     try:
@@ -84,7 +95,7 @@ def read_scene(path: Path) -> list[tuple[Float, Any]]:
         raise MeshError(f"{path} does not exist: check the path of the mesh file")
     if not path.is_file():
         raise MeshError(f"{path} is not a file: give the path of a mesh file")
-    formats = sorted(trimesh.available_formats())
+    formats = sorted({*trimesh.available_formats(), SUFFIX[1:]})
     if not path.name.lower().endswith(tuple(f".{name}" for name in formats)):
         raise MeshError(f"{path} has no suffix of a mesh format: use one of {', '.join(formats)}")
     try:
