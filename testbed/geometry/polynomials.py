@@ -12,8 +12,9 @@ import numpy as np
 
 from testbed.geometry.vectors import Float, Int
 
-#: Halvings after which a root that is not alone in its interval is given by the interval's midpoint.
-DEPTH = 26
+#: Halvings after which roots that are not alone in their interval are given by its midpoint: a function whose
+#: derivative has two roots nearer than this varies between them by the cube of it, which is rounding.
+DEPTH = 17
 #: Newton steps for a root that is alone; a bracket is kept, so that even bisection alone ends within 1e-9.
 STEPS = 30
 #: A Newton step below this was the last: the next would be below its square.
@@ -130,13 +131,11 @@ def real_roots(p: Float) -> tuple[Int, Float]:
     :data:`DEPTH`, where roots are multiple or as good as multiple: the list may hold more than roots.
     """
     row, left, width = np.arange(p.shape[1]), np.zeros(p.shape[1]), 1.0
-    rows, roots = [], []
+    rows, roots, alone = [], [], []
     for level in range(DEPTH + 1):
         changes = sign_changes(p)
-        (alone,) = np.nonzero(changes == 1)
-        if len(alone):
-            rows.append(row[alone])
-            roots.append(left[alone] + width * _only_root(p[:, alone]))
+        (one,) = np.nonzero(changes == 1)
+        alone.append((row[one], left[one], np.full(len(one), width), p[:, one]))
         (several,) = np.nonzero(changes > 1)
         if not len(several):
             break
@@ -146,7 +145,8 @@ def real_roots(p: Float) -> tuple[Int, Float]:
         if level < DEPTH:
             p = np.concatenate(divide(p[:, several]), axis=1)
             row, left = np.concatenate([row, row]), np.concatenate([left, left + width])
-    return np.concatenate(rows or [np.empty(0, np.int64)]), np.concatenate(roots or [np.empty(0)])
+    row, left, widths, p = (np.concatenate(parts, axis=-1) for parts in zip(*alone, strict=True))
+    return np.concatenate([*rows, row]), np.concatenate([*roots, left + widths * _only_root(p)])
 
 
 def _only_root(p: Float) -> Float:
