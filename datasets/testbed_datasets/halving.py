@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from testbed.errors import Refused
-from testbed.geometry.vectors import Float, Int
+from testbed.geometry.vectors import Bool, Float, Int
 
 #: Meshes with more faces than this are refused.
 MOST_FACES = 4_000_000
@@ -44,15 +44,8 @@ def halved(
     """
     check_level(level, len(faces), name)
     for _ in range(level):
-        count = len(coordinates)
-        start, end = faces, np.roll(faces, -1, axis=1)
-        # one integer an edge: sorting them is ten times faster than sorting pairs
-        keys, side = np.unique(np.minimum(start, end) * count + np.maximum(start, end), return_inverse=True)
-        coordinates = np.concatenate([coordinates, middle(coordinates[keys // count], coordinates[keys % count])])
-        side = count + side.reshape(faces.shape)
-        after, before = side, np.roll(side, 1, axis=1)
-        corners = np.stack([faces, after, before], axis=-1)  # (F, corner, 3)
-        faces = np.concatenate([corners, side[:, None, :]], axis=1).reshape(-1, 3)
+        edges, _, faces = split_in_four(faces, len(coordinates))
+        coordinates = np.concatenate([coordinates, middle(coordinates[edges[:, 0]], coordinates[edges[:, 1]])])
     return coordinates, faces
 
 
@@ -69,6 +62,30 @@ def check_level(level: int, faces: int, name: str) -> None:
     highest = int(np.log2(MOST_FACES / faces) // 2)
     if level > highest:
         raise Refused(f"level {level} of {name} would have more than {MOST_FACES} faces: take a level up to {highest}")
+
+
+def split_in_four(faces: Int, count: int) -> tuple[Int, Bool, Int]:
+    """Split every triangle at the middles of its edges, which become vertices from ``count`` on.
+
+    Returns
+    -------
+    edges
+        (E, 2) vertex ids, the lower first; edge e has the middle ``count + e``.
+    boundary
+        (E,) true for edges of one face.
+    faces
+        (4 F, 3), as :func:`halved` orders them.
+    """
+    start, end = faces, np.roll(faces, -1, axis=1)
+    # one integer an edge: sorting them is ten times faster than sorting pairs
+    keys, side, uses = np.unique(
+        np.minimum(start, end) * count + np.maximum(start, end), return_inverse=True, return_counts=True
+    )
+    side = count + side.reshape(faces.shape)
+    after, before = side, np.roll(side, 1, axis=1)
+    corners = np.stack([faces, after, before], axis=-1)  # (F, corner, 3)
+    children = np.concatenate([corners, side[:, None, :]], axis=1).reshape(-1, 3)
+    return np.stack([keys // count, keys % count], axis=-1), uses == 1, children
 
 
 def straight(start: Float, end: Float) -> Float:
