@@ -1,10 +1,13 @@
 """Polynomial graphs z = f(x, y): normals, second forms and closest points."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from testbed.geometry.exact import LevelSet
+from testbed.geometry.level_bounds import PolynomialLevelSet
+from testbed.geometry.trivariate import Trivariate
 from testbed.geometry.vectors import Bool, Float, Int, norm
 
 #: Newton's method takes about five steps from a point near the surface, many along steep valleys far outside the mesh.
@@ -22,7 +25,7 @@ HeightJet = tuple[Float, Float, Float, Float, Float, Float]
 
 
 @dataclass(frozen=True)
-class HeightField(LevelSet):
+class HeightField(PolynomialLevelSet):
     """The graph of a polynomial over the whole plane, normals upward.
 
     Parameters
@@ -35,6 +38,18 @@ class HeightField(LevelSet):
 
     coefficients: tuple[tuple[float, ...], ...]
     reach: float = 1.0
+    steepness: ClassVar[float] = 1.0
+
+    @cached_property
+    def polynomial(self) -> Trivariate:
+        """The polynomial z - f(x, y)."""
+        terms = [
+            ((i, j, 0), -coefficient)
+            for i, row in enumerate(self.coefficients)
+            for j, coefficient in enumerate(row)
+            if coefficient != 0.0
+        ]
+        return Trivariate((((0, 0, 1), 1.0), *terms))
 
     def jet(self, x: Float, y: Float) -> HeightJet:
         """f, f_x, f_y, f_xx, f_xy, f_yy at (N,) places, by Horner's rule in x over Horner's rule in y."""

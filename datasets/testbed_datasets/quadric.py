@@ -2,11 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
-from testbed.geometry.exact import LevelSet
-from testbed.geometry.vectors import Float, Int, dot
+from testbed.geometry.level_bounds import PolynomialLevelSet
+from testbed.geometry.trivariate import Trivariate
+from testbed.geometry.vectors import Float, Int, dot, norm
 
 #: Enough for bisection alone to come from one to the smallest double.
 MOST_STEPS = 1100
@@ -17,7 +20,7 @@ ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 @dataclass(frozen=True)
-class Quadric(LevelSet):
+class Quadric(PolynomialLevelSet):
     """The surface sum_i signs_i (x_i / axes_i)^2 = 1, normals along the gradient.
 
     Parameters
@@ -30,11 +33,30 @@ class Quadric(LevelSet):
 
     axes: tuple[float, float, float]
     signs: tuple[int, int, int] = (1, 1, 1)
+    nearest: ClassVar[bool] = True
 
     @property
     def _q(self) -> Float:
         q: Float = np.array(self.signs) / np.square(np.array(self.axes))
         return q
+
+    @cached_property
+    def polynomial(self) -> Trivariate:
+        """The polynomial sum_i q_i x_i^2 - 1."""
+        x, y, z = self._q.tolist()
+        return Trivariate((((2, 0, 0), x), ((0, 2, 0), y), ((0, 0, 2), z), ((0, 0, 0), -1.0)))
+
+    def curvature_bound(self, low: Float, high: Float) -> Float:
+        """Upper bounds (N,) of the principal curvatures' moduli within boxes with corners (N, 3).
+
+        max |q_i| / |Q x|, and |Q x| >= sqrt(q) for the smallest positive q: on the quadric the terms q_i x_i^2 with
+        positive q_i are at least 1 together.
+        """
+        q = self._q
+        nearest = np.maximum(np.maximum(low, -high), 0.0)
+        steep = np.maximum(norm(q * nearest), np.sqrt(q[q > 0.0].min()))
+        bound: Float = (1.0 + 32.0 * np.finfo(np.float64).eps) * np.abs(q).max() / steep
+        return bound
 
     def gradient(self, points: Float) -> Float:
         """Gradients 2 q_i x_i, (N, 3)."""

@@ -2,12 +2,14 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
-from testbed.geometry.exact import ExactSurface
+from testbed.geometry.level_bounds import PolynomialLevelSet
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.trivariate import Trivariate
 from testbed.geometry.vectors import Float, Int, unit
 from testbed.plugins.dataset import Dataset
 from testbed.plugins.scheme import Shape
@@ -16,10 +18,21 @@ from testbed_datasets.parameters import positive
 
 
 @dataclass(frozen=True)
-class RoundSphere(ExactSurface):
+class RoundSphere(PolynomialLevelSet):
     """The sphere of a radius about the origin, normals outward."""
 
     radius: float
+    nearest: ClassVar[bool] = True
+
+    @cached_property
+    def polynomial(self) -> Trivariate:
+        """The polynomial x^2 + y^2 + z^2 - r^2."""
+        return Trivariate((((2, 0, 0), 1.0), ((0, 2, 0), 1.0), ((0, 0, 2), 1.0), ((0, 0, 0), -(self.radius**2))))
+
+    def curvature_bound(self, low: Float, high: Float) -> Float:
+        """1 / r for all boxes, (N,)."""
+        del high
+        return np.full(len(low), (1.0 + 4.0 * np.finfo(np.float64).eps) / self.radius)
 
     def closest(self, points: Float) -> Float:
         """Feet r p / |p|, (N, 3); NaN at the centre, to which every point of the sphere is as near."""

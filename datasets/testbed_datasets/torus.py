@@ -1,12 +1,15 @@
 """The torus: positive, negative and zero Gaussian curvature on one closed surface."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from testbed.errors import SpecError
-from testbed.geometry.exact import ExactSurface
+from testbed.geometry.level_bounds import PolynomialLevelSet
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.trivariate import Trivariate
 from testbed.geometry.vectors import Float
 from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved
@@ -17,11 +20,28 @@ STEPS = np.array([10.0, 5.0])
 
 
 @dataclass(frozen=True)
-class RoundTorus(ExactSurface):
+class RoundTorus(PolynomialLevelSet):
     """The torus about the z axis, normals out of the tube."""
 
     major: float
     minor: float
+    nearest: ClassVar[bool] = True
+
+    @cached_property
+    def polynomial(self) -> Trivariate:
+        """The polynomial (s + R^2 - r^2)^2 - 4 R^2 (x^2 + y^2), s = x^2 + y^2 + z^2."""
+        inner = (self.major - self.minor) * (self.major + self.minor)
+        across, along = -2.0 * (self.major**2 + self.minor**2), 2.0 * inner
+        squares = [((2, 0, 0), across), ((0, 2, 0), across), ((0, 0, 2), along)]
+        fourth = [((4, 0, 0), 1.0), ((0, 4, 0), 1.0), ((0, 0, 4), 1.0)]
+        mixed = [((2, 2, 0), 2.0), ((2, 0, 2), 2.0), ((0, 2, 2), 2.0)]
+        return Trivariate((((0, 0, 0), inner**2), *squares, *fourth, *mixed))
+
+    def curvature_bound(self, low: Float, high: Float) -> Float:
+        """The larger of 1 / r along meridians and 1 / (R - r) along the inner equator, for all boxes, (N,)."""
+        del high
+        largest = max(1.0 / self.minor, 1.0 / (self.major - self.minor))
+        return np.full(len(low), (1.0 + 4.0 * np.finfo(np.float64).eps) * largest)
 
     def closest(self, points: Float) -> Float:
         """Feet in the half plane of the point and the axis, (N, 3); the nearest points of the whole torus.
