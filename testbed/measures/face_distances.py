@@ -1,0 +1,188 @@
+"""Guaranteed bounds of the largest distance of each mesh face's patches to the exact surface, by branch and bound.
+
+Patches are quartered where their bounds do not suffice, all at once, round by round. What is between sample points is
+not missed: the bounds are of whole patches (:mod:`testbed.geometry.distance_bounds`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from testbed.geometry.bezier import BezierQuads, BezierTriangles, RationalBezierTriangles
+from testbed.geometry.composition import BernsteinBasis, quartering
+from testbed.geometry.distance_bounds import PatchNets, distance_bounds
+from testbed.geometry.evaluation import apply_table
+from testbed.geometry.exact import ExactSurface
+from testbed.geometry.level_bounds import EPSILON
+from testbed.geometry.patches import PatchBatch
+from testbed.geometry.surface import Surface
+from testbed.geometry.vectors import Float, Int
+
+#: Most times that a patch is quartered.
+ROUNDS = 16
+#: Most pieces whose bounds are computed: so many for each patch, and so many in any case.
+PIECES_A_PATCH = 64
+PIECES = 20_000
+#: Bounds this many times closer than what rounding makes of their difference are not asked for.
+NOISE = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class FaceDistances:
+    """Bounds of the largest distance of the patches of each mesh face to the exact surface.
+
+    Parameters
+    ----------
+    low, high
+        (F,) bounds. ``high`` is guaranteed; it is infinite where no bound is known: for patches that are neither
+        polynomial nor rational, whose weights are not positive, that are not finite, or that have no feet on a surface
+        that is no :class:`~testbed.geometry.level_bounds.EnclosedLevelSet`. Both are 0 for faces without patches.
+    """
+
+    low: Float
+    high: Float
+
+    @property
+    def certified(self) -> bool:
+        """Whether every face has a bound."""
+        return bool(np.isfinite(self.high).all())
+
+
+def face_distances(
+    surface: Surface, exact: ExactSurface, tolerance: float, *, threshold: float | None = None
+) -> FaceDistances:
+    """Bound the largest distance of the patches of every mesh face to the exact surface.
+
+    Parameters
+    ----------
+    tolerance
+        A length: bounds are refined until no face's differ by more, as far as the limits on work and rounding allow.
+    threshold
+        A face is also left alone once its upper bound is at most this length, or its lower bound above it: enough to
+        tell which faces are nearer than that. None for the tolerance everywhere.
+    """
+    faces = len(surface.mesh.faces)
+    aim = Aim(tolerance, 0.0, threshold)
+    low, high = np.zeros((2, faces))
+    for batch, group in zip(surface.batches, (part.faces for part in surface.parts), strict=True):
+        part_low, part_high = bounds_by_group(exact, batch, group, faces, aim, low)
+        low, high = np.maximum(low, part_low), np.maximum(high, part_high)
+    return FaceDistances(low, high)
+
+
+@dataclass(frozen=True)
+class Aim:
+    """How close bounds have to come.
+
+    Parameters
+    ----------
+    tolerance
+        Largest difference of the bounds, a length.
+    ratio
+        Or the upper bound at most 1 + ratio times the lower.
+    threshold
+        Or both on one side of this length, if it is not None.
+    """
+
+    tolerance: float
+    ratio: float = 0.0
+    threshold: float | None = None
+
+    def ceiling(self, low: Float) -> Float:
+        """Upper bounds (N,) that are good enough for pieces of a group whose largest distance is at least ``low``."""
+        enough: Float = np.maximum(low + self.tolerance, low * (1.0 + self.ratio))
+        if self.threshold is not None:
+            enough = np.where(low > self.threshold, np.inf, np.maximum(enough, self.threshold))
+        return enough
+
+
+def nets_of(batch: PatchBatch) -> PatchNets | None:
+    """Return the control points of polynomial and rational patches, or None for others."""
+    if isinstance(batch, RationalBezierTriangles):
+        return PatchNets(BernsteinBasis((batch.degree,)), batch.homogeneous, _slack(batch.control_points))
+    if isinstance(batch, BezierTriangles):
+        return PatchNets(BernsteinBasis((batch.degree,)), batch.control_points, np.zeros(len(batch)))
+    if isinstance(batch, BezierQuads):
+        points = batch.control_points.reshape(len(batch), -1, 3)
+        return PatchNets(BernsteinBasis(batch.degree), points, np.zeros(len(batch)))
+    return None
+
+
+def _slack(points: Float) -> Float:
+    """Rounding (P,) of homogeneous coordinates."""
+    largest: Float = np.abs(points).max(axis=(1, 2))
+    return 4.0 * EPSILON * largest
+
+
+def bounds_by_group(
+    exact: ExactSurface, batch: PatchBatch, group: Int, groups: int, aim: Aim, known: Float
+) -> tuple[Float, Float]:
+    """Bound the largest distances of groups of patches.
+
+    Parameters
+    ----------
+    group
+        (P,) the group each patch is in, 0 to ``groups - 1``.
+    known
+        (G,) distances that the groups are known or supposed to reach elsewhere: no work is done on pieces that are
+        nearer. The upper bounds hold whether or not this is so.
+
+    Returns
+    -------
+    low, high
+        (G,) bounds; 0 for groups without patches.
+    """
+    low, high = np.zeros((2, groups))
+    nets = nets_of(batch)
+    if nets is None:
+        np.maximum.at(high, group, np.inf)
+        return low, high
+    known = known.copy()
+    left = max(PIECES, PIECES_A_PATCH * len(batch))
+    for round_ in range(ROUNDS + 1):
+        bounds = distance_bounds(exact, nets)
+        left -= len(nets)
+        np.maximum.at(low, group, bounds.low)
+        np.maximum.at(known, group, bounds.seen)
+        room = aim.ceiling(known[group]) + NOISE * bounds.noise
+        open_ = ~(bounds.high <= room) & np.isfinite(nets.points).all(axis=(1, 2))
+        if round_ == ROUNDS or not open_.any():
+            break
+        # where not all can be quartered, those that stand out most
+        if 4 * np.count_nonzero(open_) > left:
+            worst = np.argsort(np.where(open_, room - bounds.high, np.inf), kind="stable")[: max(left // 4, 0)]
+            open_[np.setdiff1d(np.arange(len(open_)), worst)] = False
+            if not open_.any():
+                break
+        np.maximum.at(high, group[~open_], bounds.high[~open_])
+        nets, group = quartered(nets.take(open_)), np.repeat(group[open_], 4)
+    np.maximum.at(high, group, bounds.high)
+    return low, high
+
+
+def quartered(nets: PatchNets) -> PatchNets:
+    """Quarters of all patches, those of a patch in a row, (4 P, n, dim)."""
+    quarters = apply_table(quartering(nets.basis), nets.points)
+    count, size = len(nets), len(nets.basis)
+    points = np.ascontiguousarray(quarters.transpose(1, 0, 2, 3)).reshape(4 * count, size, nets.points.shape[2])
+    # the sums of the table's product round
+    slack = nets.slack + 2.0 * size * EPSILON * np.abs(nets.points).max(axis=(1, 2))
+    return PatchNets(nets.basis, points, np.repeat(slack, 4))
+
+
+def largest_distance(surface: Surface, exact: ExactSurface, aim: Aim, supposed: float = 0.0) -> tuple[float, float]:
+    """Bound the largest distance of a whole surface to the exact one.
+
+    Parameters
+    ----------
+    supposed
+        A distance that the surface reaches, as far as is known: no work is done on what is nearer.
+    """
+    low, high = 0.0, 0.0
+    parts: Sequence[PatchBatch] = surface.batches
+    for batch in parts:
+        known = np.array([max(low, supposed)])
+        one_low, one_high = bounds_by_group(exact, batch, np.zeros(len(batch), dtype=np.int64), 1, aim, known)
+        low, high = float(np.maximum(low, one_low[0])), float(np.maximum(high, one_high[0]))
+    return low, high
