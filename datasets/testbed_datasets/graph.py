@@ -72,18 +72,25 @@ class Graph(Dataset):
 
 def crooked_grid() -> tuple[Float, Int]:
     """Level 0 over [-1, 1]^2: vertices (20, 2) and faces (24, 3), counterclockwise."""
+    plane, cells = crooked_quads()
+    here, right, across, up = cells.T
+    # the shorter diagonal of each cell
+    rising = np.hypot(*(plane[here] - plane[across]).T) <= np.hypot(*(plane[right] - plane[up]).T)
+    apex, base = np.where(rising, across, up), np.where(rising, here, right)
+    return plane, np.concatenate([np.stack([here, right, apex], axis=-1), np.stack([base, across, up], axis=-1)])
+
+
+def crooked_quads(amount: float = 1.0) -> tuple[Float, Int]:
+    """Cells of level 0 over [-1, 1]^2: vertices (20, 2), moved by an amount, and faces (12, 4), counterclockwise."""
     column, row = (index.ravel() for index in np.meshgrid(np.arange(COLUMNS + 1), np.arange(ROWS + 1), indexing="ij"))
     # multiples of two irrational numbers, reduced: evenly spread offsets without a pattern, no random generator
     along = np.arange(len(column)) + 1.0
     offset = np.stack([np.mod(along * 0.7548776662466927, 1.0), np.mod(along * 0.5698402909980532, 1.0)], axis=-1) - 0.5
     inside = np.stack([(column > 0) & (column < COLUMNS), (row > 0) & (row < ROWS)], axis=-1)
     cells = np.array([COLUMNS, ROWS])
-    plane = (np.stack([column, row], axis=-1) + 0.36 * np.where(inside, offset, 0.0)) * (2.0 / cells) - 1.0
-
+    moved = np.stack([column, row], axis=-1) + amount * 0.36 * np.where(inside, offset, 0.0)
+    plane = moved * (2.0 / cells) - 1.0
     column, row = (index.ravel() for index in np.meshgrid(np.arange(COLUMNS), np.arange(ROWS), indexing="ij"))
-    here, up = column * (ROWS + 1) + row, column * (ROWS + 1) + row + 1
-    right, across = here + ROWS + 1, up + ROWS + 1
-    # the shorter diagonal of each cell
-    rising = np.hypot(*(plane[here] - plane[across]).T) <= np.hypot(*(plane[right] - plane[up]).T)
-    apex, base = np.where(rising, across, up), np.where(rising, here, right)
-    return plane, np.concatenate([np.stack([here, right, apex], axis=-1), np.stack([base, across, up], axis=-1)])
+    here = column * (ROWS + 1) + row
+    right = here + ROWS + 1
+    return plane, np.stack([here, right, right + 1, here + 1], axis=-1)
