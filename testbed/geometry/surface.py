@@ -80,18 +80,27 @@ class Surface:
         The batches with their places.
     notes
         Fallbacks taken while it was built, counted; ``{"curves without a root": 3}``.
+    branches
+        Which ordinary ways its construction took, where it has several, counted; ``{"centres with one root": 5}``.
     """
 
     mesh: HermiteMesh
     parts: tuple[Part, ...]
     notes: Mapping[str, int] = field(default_factory=dict)
+    branches: Mapping[str, int] = field(default_factory=dict)
 
     @classmethod
-    def over_faces(cls, mesh: HermiteMesh, batch: PatchBatch, notes: Mapping[str, int] | None = None) -> "Surface":
+    def over_faces(
+        cls,
+        mesh: HermiteMesh,
+        batch: PatchBatch,
+        notes: Mapping[str, int] | None = None,
+        branches: Mapping[str, int] | None = None,
+    ) -> "Surface":
         """One patch a face, corner for corner."""
         count = len(mesh.faces)
         corners = np.broadcast_to(CORNERS[mesh.sides], (count, mesh.sides, 2))
-        return cls(mesh, (Part(batch, mesh.faces, np.arange(count), corners),), notes or {})
+        return cls(mesh, (Part(batch, mesh.faces, np.arange(count), corners),), notes or {}, branches or {})
 
     @classmethod
     def over_split_faces(

@@ -34,7 +34,7 @@ class Size(Measure):
 
 @dataclass(frozen=True)
 class Fallbacks(Measure):
-    """What a scheme or its boundary curves had to do differently, from the surface's notes."""
+    """What a scheme or its boundary curves had to do differently, and which of its ways were taken, as surfaces note."""
 
     name: ClassVar[str] = "fallbacks"
     title: ClassVar[str] = "Fallbacks taken"
@@ -42,12 +42,18 @@ class Fallbacks(Measure):
     columns: ClassVar[tuple[Column, ...]] = (
         Column("fallbacks", "fallbacks taken while the surface was built, all kinds together"),
         Column("notes", "the fallbacks by kind, for instance '3 curves without a root; 1 singular centres'"),
+        Column("branches", "the ordinary ways its construction took, where it has several, by kind", optional=True),
     )
 
     def measure(self, survey: Survey) -> Mapping[str, Value]:
         """Return the columns."""
-        taken = {kind: count for kind, count in sorted(survey.surface.notes.items()) if count}
-        return {
-            "fallbacks": sum(taken.values()),
-            "notes": "; ".join(f"{count} {kind}" for kind, count in taken.items()),
-        }
+        surface = survey.surface
+        result: dict[str, Value] = {"fallbacks": sum(surface.notes.values()), "notes": listed(surface.notes)}
+        if surface.branches:
+            result["branches"] = listed(surface.branches)
+        return result
+
+
+def listed(counts: Mapping[str, int]) -> str:
+    """Text of counts by kind, those that are not zero, in alphabetical order."""
+    return "; ".join(f"{count} {kind}" for kind, count in sorted(counts.items()) if count)
