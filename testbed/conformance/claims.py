@@ -10,6 +10,7 @@ from testbed.geometry.curvature import second_form_matrix
 from testbed.geometry.domain import CORNERS, lattice
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, angle_between, as_float, norm
+from testbed.measures.centre_errors import MISSED, centre_errors
 from testbed.measures.convergence import estimate_order, verdict
 from testbed.measures.corner_forms import corner_forms
 from testbed.plugins.scheme import Continuity, Data, Shape
@@ -72,6 +73,33 @@ def interpolates_second_forms(subject: Subject) -> Outcome:
             worst = _at_vertices(worst, error, case.name, vertex)
             bound = max(bound, FORM_BOUND if batch.corner_margin == 0.0 else LIMIT_BOUND)
     return worst.outcome(name, bound, "of 1/size")
+
+
+def interpolates_centres(subject: Subject) -> Outcome:
+    """The surface has the given point, normal and second form at the centre of every face, but for noted fallbacks.
+
+    As many faces of a mesh may miss their samples as the scheme says that it had to depart from its construction.
+    """
+    name = "interpolates samples at face centres"
+    if Data.CENTRES not in subject.scheme.matches:
+        return Outcome(name, Status.NOT_CLAIMED, "")
+    worst, faces = Worst(), 0
+    for case, surface in subject.accepted:
+        error = centre_errors(surface)
+        if error is None:
+            continue
+        relative, missed = error.relative(size(case.mesh)), error.missed(size(case.mesh))
+        departures = sum(surface.notes.values())
+        if missed.sum() > departures:
+            face = int(np.argmax(missed))
+            where = f"{case.name}, face {face}: {missed.sum()} faces miss their samples and {departures} are noted"
+            return Outcome(name, Status.FAILED, where)
+        faces += int((~missed).sum())
+        if not missed.all():
+            at = np.flatnonzero(~missed)
+            worst = _at_faces(worst, relative[:, at].max(axis=0), case.name, at, np.full((len(at), 2), 0.5))
+    outcome = worst.outcome(name, MISSED, "of the size, radians or 1/size")
+    return Outcome(name, outcome.status, f"{outcome.detail}; {faces} faces")
 
 
 def is_continuous(subject: Subject) -> Outcome:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial import polynomial
 
+from testbed.geometry.face_data import Centres, FaceData
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int, as_float, norm, unit
 from testbed.plugins.scheme import Shape
@@ -51,7 +52,20 @@ class Case:
 
 
 def graph(x: Float, y: Float, faces: Int, coefficients: Float = GENERIC) -> HermiteMesh:
-    """Sample the graph z = p(x, y) at (V,) abscissae, with upward normals and exact second fundamental forms."""
+    """Sample the graph z = p(x, y) at (V,) abscissae, with upward normals and exact second fundamental forms.
+
+    Quadrilaterals have samples at their centres, too.
+    """
+    centres = None
+    if faces.shape[1] == 4:
+        middle = [coordinates[faces].mean(axis=1) for coordinates in (x, y)]
+        centres = Centres(*_on_graph(middle[0], middle[1], coefficients))
+    points, normals, forms = _on_graph(x, y, coefficients)
+    return HermiteMesh(points, faces, normals, forms, face_data=FaceData(centres))
+
+
+def _on_graph(x: Float, y: Float, coefficients: Float) -> tuple[Float, Float, Float]:
+    """Points, normals and second fundamental forms of the graph at (N,) abscissae."""
 
     def derivative(i: int, j: int) -> Float:
         c = polynomial.polyder(polynomial.polyder(coefficients, i, axis=0), j, axis=1)
@@ -64,7 +78,7 @@ def graph(x: Float, y: Float, faces: Int, coefficients: Float = GENERIC) -> Herm
     tangent = np.eye(3) - normals[:, :, None] * normals[:, None, :]
     # II = -<D^2 S, n>, and <D^2 S, n> is the Hessian of p over the slope factor, which is n_z
     forms = -tangent @ hessian @ tangent * normals[:, 2, None, None]
-    return HermiteMesh(np.stack([x, y, derivative(0, 0)], axis=-1), faces, normals, symmetric(forms))
+    return np.stack([x, y, derivative(0, 0)], axis=-1), normals, symmetric(forms)
 
 
 def symmetric(forms: Float) -> Float:
@@ -118,9 +132,26 @@ def perturbed_icosahedron() -> HermiteMesh:
     return HermiteMesh(mesh.points, mesh.faces, normals, symmetric(forms))
 
 
-def torus(around: int, across: int, sides: int) -> HermiteMesh:
-    """Sample a torus of radii 1 and 0.4 on a grid with no row on its top circle; quadrilaterals or triangles."""
+def torus(around: int, across: int, sides: int, twist: float = 0.0) -> HermiteMesh:
+    """Sample a torus of radii 1 and 0.4 on a grid with no row on its top circle; quadrilaterals or triangles.
+
+    Quadrilaterals have samples at their centres, too; a twist by whole steps around the axis, on the way around the
+    tube, leaves them no symmetry.
+    """
     i, j = (axis.ravel() for axis in np.meshgrid(np.arange(around), np.arange(across), indexing="ij"))
+    i1, j1 = i + 1, (j + 1) % across
+    # the last row meets the first one, so many steps on
+    k, k1 = (i + round(twist) * (j1 == 0)) % around, (i1 + round(twist) * (j1 == 0)) % around
+    quads = np.stack([i * across + j, i1 % around * across + j, k1 * across + j1, k * across + j1], axis=-1)
+    points, normals, forms = _on_torus(as_float(i + twist * j / across), as_float(j), around, across)
+    if sides == 3:
+        return HermiteMesh(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), normals, forms)
+    middle = _on_torus(as_float(i + twist * (j + 0.5) / across + 0.5), as_float(j + 0.5), around, across)
+    return HermiteMesh(points, quads, normals, forms, face_data=FaceData(Centres(*middle)))
+
+
+def _on_torus(i: Float, j: Float, around: int, across: int) -> tuple[Float, Float, Float]:
+    """Points, normals and second fundamental forms at (N,) steps around the axis and around the tube."""
     u, v = 2.0 * np.pi * (i + 0.21) / around, 2.0 * np.pi * (j + 0.13) / across
     out = np.stack([np.cos(u), np.sin(u), np.zeros_like(u)], axis=-1)
     normals = np.cos(v)[:, None] * out + np.stack([0 * v, 0 * v, np.sin(v)], axis=-1)
@@ -128,10 +159,7 @@ def torus(around: int, across: int, sides: int) -> HermiteMesh:
     across_tube = np.cross(normals, along)
     forms = (np.cos(v) / (1.0 + 0.4 * np.cos(v)))[:, None, None] * along[:, :, None] * along[:, None, :]
     forms += across_tube[:, :, None] * across_tube[:, None, :] / 0.4
-    i1, j1 = (i + 1) % around, (j + 1) % across
-    quads = np.stack([i * across + j, i1 * across + j, i1 * across + j1, i * across + j1], axis=-1)
-    faces = quads if sides == 4 else np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    return HermiteMesh(out + 0.4 * normals, faces, normals, symmetric(forms))
+    return out + 0.4 * normals, normals, symmetric(forms)
 
 
 def fan() -> tuple[Float, Float, Int]:
@@ -208,6 +236,7 @@ def cases(sides: int) -> tuple[Case, ...]:
     if sides == 4:
         return (
             Case("coarse torus of quadrilaterals", torus(8, 5, 4)),
+            Case("twisted torus of quadrilaterals", torus(8, 5, 4, twist=1)),
             Case("open mesh of quadrilaterals", grid(4, 3)),
             Case("flat mesh of quadrilaterals", grid(4, 2, _tilted_plane()), (Shape.PLANES,), _off_plane),
         )

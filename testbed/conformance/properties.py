@@ -177,7 +177,7 @@ def _changed_at(mesh: HermiteMesh, vertex: int) -> HermiteMesh:
     tangent = np.eye(3) - np.outer(normals[vertex], normals[vertex])
     forms[vertex] = tangent @ (forms[vertex] + 0.1 * np.eye(3)) @ tangent
     forms[vertex] = 0.5 * (forms[vertex] + forms[vertex].T)
-    return HermiteMesh(points, mesh.faces, normals, forms)
+    return HermiteMesh(points, mesh.faces, normals, forms, face_data=mesh.face_data)
 
 
 def _faces_around(mesh: HermiteMesh, vertex: int, rings: int) -> Bool:
@@ -226,12 +226,16 @@ def refuses_what_it_cannot_take(subject: Subject) -> Outcome:
         needs |= getattr(plugin, "needs", Data.POINTS)
     whole = cases(scheme.domain[0])[0].mesh
     bare = HermiteMesh(whole.points, whole.faces)
-    without_forms = HermiteMesh(whole.points, whole.faces, whole.normals)
+    without_forms = whole.without_second_forms()
     demands: list[tuple[str, HermiteMesh]] = []
     if Data.NORMALS in needs:
         demands.append(("a mesh without normals", bare))
     if Data.SECOND_FORMS in needs:
         demands.append(("a mesh without second forms", without_forms))
+    if Data.CENTRES in needs:
+        demands.append(
+            ("a mesh without centres", HermiteMesh(whole.points, whole.faces, whole.normals, whole.second_forms))
+        )
     if len(scheme.domain) == 1:
         demands.append(("faces with another number of sides", grid(7 - scheme.domain[0], 2)))
     for what, mesh in demands:
@@ -252,10 +256,14 @@ def _hostile(mesh: HermiteMesh) -> list[tuple[str, HermiteMesh]]:
     folded[::2] *= -1.0
     equal = np.broadcast_to(np.array([0.0, 0.0, 1.0]), mesh.normals.shape)
     no_forms = np.zeros((len(mesh.points), 3, 3))
+
+    def with_normals(normals: Float) -> HermiteMesh:
+        return HermiteMesh(mesh.points, mesh.faces, normals, no_forms, face_data=mesh.face_data)
+
     return [
-        ("a normal along an edge", HermiteMesh(mesh.points, mesh.faces, along, no_forms)),
-        ("every second normal turned over", HermiteMesh(mesh.points, mesh.faces, folded, no_forms)),
-        ("all normals equal", HermiteMesh(mesh.points, mesh.faces, equal, no_forms)),
+        ("a normal along an edge", with_normals(along)),
+        ("every second normal turned over", with_normals(folded)),
+        ("all normals equal", with_normals(equal)),
     ]
 
 

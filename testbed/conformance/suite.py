@@ -15,6 +15,7 @@ CHECKS: Final[Mapping[str, Callable[[Subject], Outcome]]] = MappingProxyType(
         "points": claims.interpolates_points,
         "normals": claims.interpolates_normals,
         "second-forms": claims.interpolates_second_forms,
+        "centres": claims.interpolates_centres,
         "c0": claims.is_continuous,
         "g1": claims.is_tangent_continuous,
         "g2": claims.is_curvature_continuous,

@@ -173,6 +173,8 @@ def _reproduction(scheme: PlannedScheme, dataset: PlannedDataset, shape: str, ow
 
 
 def _interpolation(scheme: PlannedScheme, dataset: PlannedDataset, data: str, own: "pd.DataFrame") -> Verdict:
+    if data == "CENTRES":
+        return _at_centres(scheme, dataset, own)
     column, bound = INTERPOLATED[data]
 
     def verdict(text: str, measured: float, reason: str) -> Verdict:
@@ -197,6 +199,24 @@ def _interpolation(scheme: PlannedScheme, dataset: PlannedDataset, data: str, ow
         error,
         f"{column} {error:.3g}, relative to the size{left_out}{_partly(own)}",
     )
+
+
+def _at_centres(scheme: PlannedScheme, dataset: PlannedDataset, own: "pd.DataFrame") -> Verdict:
+    """Judge the claim to match the samples at face centres: no more faces miss them than are noted as fallbacks."""
+
+    def verdict(text: str, measured: float, reason: str) -> Verdict:
+        return Verdict(scheme.spec, "matches centres", dataset.spec, text, measured, reason)
+
+    obstacle = _obstacle(own, ("centres_missed", "fallbacks"))
+    if obstacle:
+        return verdict("not testable", nan, obstacle)
+    ok = own[own["status"] == "ok"]
+    missed, faces, noted = (int(ok[column].sum()) for column in ("centres_missed", "faces", "fallbacks"))
+    if missed == faces:
+        return verdict("not testable", nan, "every face has a fallback, and the claim ends there")
+    kept = bool((ok["centres_missed"] <= ok["fallbacks"]).all())
+    reason = f"{missed} of {faces} faces miss their samples, {noted} fallbacks are noted{_partly(own)}"
+    return verdict("met" if kept else "missed", missed, reason)
 
 
 def _obstacle(own: "pd.DataFrame", columns: tuple[str, ...]) -> str:

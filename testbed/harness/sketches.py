@@ -6,7 +6,9 @@ from typing import Final
 
 from testbed import registry
 from testbed.errors import MeshError, Refused
+from testbed.geometry.face_data import Centres, FaceData
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.vectors import Float
 from testbed.harness.cell import Stop, failing, line
 
 
@@ -92,9 +94,14 @@ _CUBE: Final = (
 def _on_sphere(solid: tuple[tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...]]) -> HermiteMesh:
     import numpy as np
 
-    points = np.array(solid[0], dtype=np.float64)
-    points /= np.sqrt((points * points).sum(axis=1, keepdims=True))
-    return HermiteMesh(points, solid[1], points, np.eye(3) - points[:, :, None] * points[:, None, :])
+    def on_sphere(places: Float) -> tuple[Float, Float, Float]:
+        points = places / np.sqrt((places * places).sum(axis=1, keepdims=True))
+        return points, points, np.eye(3) - points[:, :, None] * points[:, None, :]
+
+    vertices, faces = np.array(solid[0], dtype=np.float64), np.array(solid[1])
+    points, normals, forms = on_sphere(vertices)
+    centres = Centres(*on_sphere(vertices[faces].mean(axis=1)))
+    return HermiteMesh(points, faces, normals, forms, face_data=FaceData(centres))
 
 
 def _data(mesh: HermiteMesh) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Interpolation: how far the surface is from its data at the vertices, at every patch that meets there."""
+"""Interpolation: how far the surface is from its data at vertices, at every patch that meets there, and at centres."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from testbed.geometry.domain import CORNERS
 from testbed.geometry.jets import Jet
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.measures.centre_errors import MISSED, centre_errors
 from testbed.measures.corner_forms import corner_forms
 from testbed.measures.extremum import patch_order
 from testbed.plugins.measure import Column, Measure, Survey, Value
@@ -17,7 +18,9 @@ from testbed.plugins.measure import Column, Measure, Survey, Value
 
 @dataclass(frozen=True)
 class Interpolation(Measure):
-    """Distances, angles and differences of second fundamental forms between surface and data at the vertices.
+    """Distances, angles and differences of second fundamental forms between surface and data.
+
+    At the vertices, and at the centres of faces where the mesh has samples there.
 
     Blended patches have no second fundamental form at their corners, only limits: the farthest of those along three
     directions counts, so that a form that depends on the direction is not taken for the data's.
@@ -42,6 +45,12 @@ class Interpolation(Measure):
         Column("vertex_normal_vertex", "vertex where that is", optional=True),
         Column("vertex_form_max", "largest entry of the difference of second fundamental forms, 1/unit", optional=True),
         Column("vertex_form_vertex", "vertex where that is", optional=True),
+        Column("centre_distance_max", "largest distance from a sample at a face's centre", optional=True),
+        Column("centre_normal_max_deg", "largest angle to the normal of such a sample", optional=True),
+        Column("centre_form_max", "largest difference of second forms from such a sample, 1/unit", optional=True),
+        Column(
+            "centres_missed", f"faces off their samples by more than {MISSED:g}, relative to the size", optional=True
+        ),
     )
 
     def measure(self, survey: Survey) -> Mapping[str, Value]:
@@ -65,6 +74,12 @@ class Interpolation(Measure):
         for name, (value, vertex_id) in worst.items():
             result[f"vertex_{name}_{units[name]}"] = value
             result[f"vertex_{name}_vertex"] = vertex_id
+        errors_at_centres = centre_errors(surface)
+        if errors_at_centres is not None:
+            result["centre_distance_max"] = float(errors_at_centres.distance.max())
+            result["centre_normal_max_deg"] = float(np.degrees(errors_at_centres.angle.max()))
+            result["centre_form_max"] = float(errors_at_centres.form.max())
+            result["centres_missed"] = int(errors_at_centres.missed(float(norm(np.ptp(mesh.points, axis=0)))).sum())
         return result
 
 
