@@ -19,7 +19,11 @@ from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed.registry import catalogue, scheme
 
 #: Claims that are published, and do not hold as they stand; strict: one that comes to hold fails the test.
-EXPECTED_FAILURES: dict[tuple[str, str], str] = {}
+EXPECTED_FAILURES: dict[tuple[str, str], str] = {
+    ("bicubic-interpolant", "order"): "conjectured to be six, and is four: nearly multiple roots",
+}
+#: And those that fail on some boundary curves, though on the default ones the suite cannot tell.
+EXPECTED_ON_CURVES = {("zero-twist-bicubic", "order")} | set(EXPECTED_FAILURES)
 
 
 #: Schemes that take any boundary curve.
@@ -43,8 +47,9 @@ def test_every_registered_scheme_has_the_property(spec: str, name: str, request:
 @pytest.mark.parametrize("curve", catalogue(BoundaryCurve))  # type: ignore[type-abstract]
 @pytest.mark.parametrize("spec", ON_NETWORKS)
 def test_a_scheme_on_a_network_keeps_its_claims_on_every_boundary_curve(spec: str, curve: str) -> None:
-    failed = [one for one in check(scheme(f"{spec}[boundary={curve}]")) if one.status is Status.FAILED]
-    assert not failed
+    under_check = Subject.of(scheme(f"{spec}[boundary={curve}]"))
+    failed = [name for name in CHECKS if run(name, under_check).status is Status.FAILED]
+    assert set(failed) <= {name for one, name in EXPECTED_ON_CURVES if one == spec}
 
 
 @pytest.mark.parametrize("spec", catalogue(Scheme))  # type: ignore[type-abstract]
