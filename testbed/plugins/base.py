@@ -54,7 +54,7 @@ class Plugin(ABC):
             for field in dataclasses.fields(self)
             if getattr(self, field.name) != field.default
         }
-        tail = f":{changed.pop(self.positional)}" if self.positional in changed else ""
+        tail = f":{_format_tail(changed.pop(self.positional))}" if self.positional in changed else ""
         inner = ",".join(f"{name}={format_value(value)}" for name, value in changed.items())
         return self.name + (f"[{inner}]" if inner else "") + tail
 
@@ -73,6 +73,12 @@ def check_finite(plugin: Plugin, *names: str) -> None:
     for name in names:
         if not math.isfinite(getattr(plugin, name)):
             raise SpecError(f"{plugin.name}: {name} must be finite, and here it is {getattr(plugin, name)}")
+
+
+def _format_tail(text: str) -> str:
+    """Text behind the colon that parses back to the same: as it is, in quotes only if it could be taken otherwise."""
+    plain = text and text == text.strip() and not text.startswith('"') and text.isprintable()
+    return text if plain else json.dumps(text)
 
 
 def format_value(value: Any) -> str:

@@ -37,6 +37,7 @@ def parse(text: str, kind: type[P], lookup: Lookup) -> P:
     text
         ``name``, ``name[field=value,...]`` or, for a plugin with a positional field, ``name[...]:TEXT``. Values are
         numbers, ``true`` and ``false``, words, ``"quoted text"``, ``(1 2 3)`` for tuples, or plugins in the same form.
+        TEXT is all that follows the colon, with any brackets and commas; quotes about all of it are taken away.
     kind
         The plugin kind expected.
 
@@ -66,7 +67,9 @@ def parse(text: str, kind: type[P], lookup: Lookup) -> P:
     if tail is not None:
         if plugin.positional is None:
             raise SpecError(f"{name} takes no ':{tail}': write {name} or {name}[field=value]")
-        values[plugin.positional] = tail
+        if plugin.positional in values:
+            raise SpecError(f"parameter {plugin.positional} of {name} is given twice: leave it out before the colon")
+        values[plugin.positional] = _unquoted(tail, f"{name}:TEXT")
     return plugin(**values)
 
 
