@@ -19,6 +19,7 @@ from testbed.geometry.evaluation import apply_table
 from testbed.geometry.jets import ROWS, Jet
 from testbed.geometry.polygon_coordinates import corner_areas, polygon_coordinates, regular_polygon
 from testbed.geometry.simplex_bernstein import (
+    composed_jets,
     composed_tables,
     elevate_simplex,
     simplex_multi_indices,
@@ -26,8 +27,8 @@ from testbed.geometry.simplex_bernstein import (
 )
 from testbed.geometry.vectors import Bool, Float, Int, as_float
 
-#: Numbers in the tables of points that are evaluated together where every patch has its own.
-RUN = 1 << 18
+#: Control points of the patches that are evaluated together, each at a point of its own: they stay in the cache.
+RUN = 1 << 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,16 +117,13 @@ class SPatches:
     def jets_of(self, patch: Int, at: Float, order: int = 2) -> Jet:
         """Jets (1 | 3 | 6, N, 3) of patches (N,) at points (N, 2), one of each."""
         result = np.empty((ROWS[order], 3, len(at)))
-        run = max(1, RUN // (ROWS[order] * self.control_points.shape[1]))
+        run = max(1, RUN // self.control_points.shape[1])
         with np.errstate(invalid="ignore", over="ignore"):  # a patch that is not finite stays so
             for start in range(0, len(at), run):
-                chosen = slice(start, start + run)
-                nets = self.control_points[patch[chosen]].transpose(1, 2, 0)
-                total = np.zeros((ROWS[order], 3, nets.shape[-1]))
-                # one control point after the other, so that no bit depends on what is evaluated together
-                for weights, points in zip(self.tables(at[chosen], order).swapaxes(0, 1), nets, strict=True):
-                    total += weights[:, None] * points
-                result[:, :, chosen] = total
+                some = slice(start, start + run)
+                nets = np.ascontiguousarray(self.control_points[patch[some]].transpose(1, 2, 0))
+                coordinates = polygon_coordinates(self.corners, at[some], order)
+                result[:, :, some] = composed_jets(self.depth, nets, coordinates)
         return Jet(np.moveaxis(result, 1, -1))
 
     def elevated(self, steps: int = 1) -> Self:

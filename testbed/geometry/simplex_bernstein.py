@@ -126,6 +126,49 @@ def composed_tables(depth: int, coordinates: Float) -> Float:
     return result
 
 
+def contracted(net: Float, sides: int, degree: int, argument: Float) -> Float:
+    """One de Casteljau step: nets (N, ..., S) of a degree to those of degree - 1, at an argument (n, S) for each."""
+    result: Float = argument[0] * net[simplex_raised(sides, degree - 1)[0]]
+    for coordinate, places in zip(argument[1:], simplex_raised(sides, degree - 1)[1:], strict=True):
+        result += coordinate * net[places]
+    return result
+
+
+def composed_jets(depth: int, nets: Float, coordinates: Float) -> Float:
+    """Jets of simplices composed with a map L into them, each simplex at its own point, by the de Casteljau algorithm.
+
+    Parameters
+    ----------
+    depth
+        Degree d of the simplices.
+    nets
+        (N, dim, S) control points.
+    coordinates
+        Jets of L, (1 | 3 | 6, n, S).
+
+    Returns
+    -------
+    Float
+        (1 | 3 | 6, dim, S), by the formulas of :func:`composed_tables`, with the arguments L taken first.
+    """
+    L, rows = coordinates[0], len(coordinates)
+    sides = len(L)
+    result = np.empty((rows, *nets.shape[1:]))
+    quadratic: Float | None = None
+    for degree in range(depth, 1, -1):
+        if degree == 2:
+            quadratic = nets
+        nets = contracted(nets, sides, degree, L)
+    result[0] = contracted(nets, sides, 1, L)[0]
+    for row in range(1, rows):
+        result[row] = depth * contracted(nets, sides, 1, coordinates[row])[0]
+    if rows == 6 and quadratic is not None:
+        along_x, along_y = (contracted(quadratic, sides, 2, coordinates[z]) for z in (1, 2))
+        for row, (along, w) in zip((3, 4, 5), ((along_x, 1), (along_x, 2), (along_y, 2)), strict=True):
+            result[row] += depth * (depth - 1) * contracted(along, sides, 1, coordinates[w])[0]
+    return result
+
+
 def elevate_simplex(net: Float, sides: int, degree: int, steps: int = 1) -> Float:
     """Nets (..., N, dim) of the same simplices written with degree d + steps: P_s = sum_i s_i / (d + 1) P_{s - e_i}."""
     for current in range(degree, degree + steps):
