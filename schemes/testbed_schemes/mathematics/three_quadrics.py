@@ -8,14 +8,14 @@ have a part 1/m of the digits. So every eigenvector, complex ones too, is only a
 real quadrics, and what ends at a zero to rounding is a root: real double roots that rounding has made complex are
 found, and nothing else is taken for one.
 
-Where the quadrics meet in a curve or a surface some of its points are found, by Newton's method from the origin too.
+Where the quadrics meet in a curve or a surface some of its points are found, from the origin and a place beside it too.
 """
 
 from itertools import combinations_with_replacement
 
 import numpy as np
 
-from testbed.geometry.vectors import Bool, Float, Int
+from testbed.geometry.vectors import Bool, Float, Int, cross, dot
 
 #: Common zeros of three quadrics in space, complex ones and those at infinity included.
 ROOTS = 8
@@ -28,15 +28,16 @@ FARTHEST = 1e8
 #: Newton steps at most: towards a double root each halves the distance, towards others of multiplicity m it leaves a
 #: part 1 - 1/m.
 STEPS = 60
-#: Parts of a step that are tried, until one descends.
-PARTS = (1.0, 0.5, 0.125, 1.0 / 64.0)
-#: Damping against the squares of the Jacobian: it makes steps the shortest where the Jacobian is singular.
-DAMPING = 1e-15
-#: Diagonal elements below this against the largest are those of a singular matrix.
+#: Damping against the squares of the Jacobian: it keeps steps short where the Jacobian is singular, or so nearly that
+#: rounding decides on the step.
+DAMPING = 1e-12
+#: Diagonal elements below this against the largest are those of a singular triangular matrix.
 SINGULAR = 1e-14
 #: Two linear forms of the four coordinates, as good as any others on whose planes no root lies.
 DIVISOR = np.array([0.6180339887, 0.3247179572, -0.2207440846, 0.1673039782])
 FACTOR = np.array([-0.1419634902, 0.5698402910, 0.4142135624, -0.3819660113])
+#: Starts of Newton's method besides the eigenvectors.
+FURTHER = np.array([[0.0, 0.0, 0.0], [0.0618033989, 0.0324717957, -0.0220744085]])
 
 
 def _monomials(degree: int) -> list[tuple[int, ...]]:
@@ -79,15 +80,15 @@ def real_roots(quadrics: Float) -> Float:
     Returns
     -------
     Float
-        (N, 9, 3) roots, the nearest to the origin first, each once, NaN after the last: at most eight, or nine points
-        of a curve or surface of roots. The roots of a system do not depend on which others there are.
+        (N, 10, 3) roots, the nearest to the origin first, each once, NaN after the last: at most eight, or up to ten
+        points of a curve or surface of roots. The roots of a system do not depend on which others there are.
     """
     size = np.abs(quadrics).max(axis=(2, 3), keepdims=True)
     finite = np.isfinite(size).all(axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):  # infinite ones, which are left out
         scaled = np.where(finite, quadrics / np.where(size > 0.0, size, 1.0), 0.0)
-    starts = np.concatenate([_starts(scaled), np.zeros((len(scaled), 1, 3))], axis=1)
-    points, root = _polished(scaled, starts)
+    further = np.broadcast_to(FURTHER, (len(scaled), *FURTHER.shape))
+    points, root = _polished(scaled, np.concatenate([_starts(scaled), further], axis=1))
     return _distinct(points, root & finite[:, :, 0, 0])
 
 
@@ -124,11 +125,12 @@ def _polished(quadrics: Float, starts: Float) -> tuple[Float, Bool]:
     for _ in range(STEPS):
         A = quadrics[system[active]]
         X = np.concatenate([np.ones((len(active), 1)), x[active]], axis=-1)
-        step = _least_step(2.0 * np.einsum("nqij,ni->nqj", A[..., 1:], X), value[active])
+        jacobian = 2.0 * np.einsum("nqij,ni->nqj", A[..., 1:], X)
         error = (value[active] ** 2).sum(axis=1)
         waiting = np.arange(len(active))
-        for part in PARTS:
-            new = x[active[waiting]] + part * step[waiting]
+        for stepping, part in ATTEMPTS:
+            step = stepping(jacobian[waiting], value[active[waiting]])
+            new = x[active[waiting]] + part * step
             new_value, new_terms = values(A[waiting], new)
             better = (new_value**2).sum(axis=1) < error[waiting]
             moved = active[waiting[better]]
@@ -137,22 +139,41 @@ def _polished(quadrics: Float, starts: Float) -> tuple[Float, Bool]:
         active = np.delete(active, waiting)  # what does not descend has arrived
         if not len(active):
             break
-    root: Bool = np.asarray((np.abs(value) <= RESIDUAL * terms).all(axis=1) & (np.abs(x) <= FARTHEST).all(axis=1))
+    zero = np.abs(value) <= RESIDUAL * (terms + RESIDUAL)  # where all terms are zero at a root, too
+    root: Bool = np.asarray(zero.all(axis=1) & (np.abs(x) <= FARTHEST).all(axis=1))
     return x.reshape(shape), root.reshape(shape[:2])
 
 
-def _least_step(jacobian: Float, value: Float) -> Float:
-    """Newton steps (n, 3) for Jacobians (n, 3, 3), the shortest least-squares ones where those are singular."""
+def _newton_step(jacobian: Float, value: Float) -> Float:
+    """Newton steps (n, 3) for Jacobians (n, 3, 3); none where those are singular."""
+    return _usable(np.einsum("nqi,nq->ni", _transposed_inverse(jacobian), value))
+
+
+def _damped_step(jacobian: Float, value: Float) -> Float:
+    """Damped least-squares steps (n, 3), nearly the shortest ones."""
     normal = np.einsum("nqi,nqj->nij", jacobian, jacobian)
     trace = np.einsum("nii->n", normal)
     np.einsum("nii->ni", normal)[...] += (DAMPING * trace)[:, None]
     gradient = np.einsum("nqi,nq->ni", jacobian, value)
-    a, b, c = normal[:, 0], normal[:, 1], normal[:, 2]
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    determinant = np.einsum("ni,ni->n", a, cofactors[:, 0])
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # constants: no step
-        step = -np.einsum("nij,nj->ni", cofactors, gradient) / determinant[:, None]
-    return np.where(np.isfinite(step).all(axis=1, keepdims=True), step, 0.0)
+    return _usable(np.einsum("nij,nj->ni", _transposed_inverse(normal), gradient))
+
+
+def _transposed_inverse(matrix: Float) -> Float:
+    """Transposed inverses (n, 3, 3) of matrices (n, 3, 3), by cofactors; not finite where there is none."""
+    a, b, c = matrix[:, 0], matrix[:, 1], matrix[:, 2]
+    cofactors = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        inverse: Float = cofactors / dot(a, cofactors[:, 0])[:, None, None]
+    return inverse
+
+
+def _usable(step: Float) -> Float:
+    """Steps (n, 3) in the other direction; zero where they are not finite."""
+    return np.where(np.isfinite(step).all(axis=1, keepdims=True), -step, 0.0)
+
+
+#: Steps that are tried, and parts of them, until one descends.
+ATTEMPTS = ((_newton_step, 1.0), (_damped_step, 1.0), (_newton_step, 0.5), (_newton_step, 0.125), (_damped_step, 0.1))
 
 
 def _distinct(points: Float, root: Bool) -> Float:
