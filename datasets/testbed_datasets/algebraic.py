@@ -8,10 +8,10 @@ import numpy as np
 
 from testbed.errors import Refused, SpecError
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.vectors import Float, Int
 from testbed.plugins.dataset import Dataset
 from testbed_datasets.algebraic_start import TooCoarse, place, refined, start_mesh
 from testbed_datasets.algebraic_surface import AlgebraicSurface, Corner
-from testbed_datasets.even_triangles import SurfaceMesh
 from testbed_datasets.halving import check_level
 from testbed_datasets.polynomial import Evaluated
 from testbed_datasets.polynomial_text import parse_polynomial
@@ -93,14 +93,13 @@ class Algebraic(Dataset):
             cells: the message names the place.
         """
         check_level(level, 1, self.name)
-        mesh = self._start
-        check_level(level, len(mesh.faces), self.name)
+        points, faces = self._start
+        check_level(level, len(faces), self.name)
         for halving in range(level):
-            mesh = refined(self.surface, mesh)
-            lost = ~np.isfinite(mesh.points).all(axis=1)
-            if lost.any():
+            points, faces = refined(self.surface, points, faces)
+            if not np.isfinite(points).all():
                 raise Refused(f"{self._what} bends too much for level {halving + 1} with {self.cells} cells: take more")
-        return self.surface.sample(mesh.points, mesh.faces)
+        return self.surface.sample(points, faces)
 
     @property
     def surface(self) -> AlgebraicSurface:
@@ -121,8 +120,8 @@ class Algebraic(Dataset):
         return (-self.box,) * 3, (self.box,) * 3
 
     @cached_property
-    def _start(self) -> SurfaceMesh:
-        """The mesh of level 0, of a surface that is proved to be regular in the box."""
+    def _start(self) -> tuple[Float, Int]:
+        """Vertices (V, 3) and faces (F, 3) of level 0, of a surface that is proved to be regular in the box."""
         surface = self.surface
         doubt = singular_place(surface.evaluated, np.array(surface.low), np.array(surface.high))
         if doubt is not None:

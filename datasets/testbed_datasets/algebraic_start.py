@@ -102,8 +102,8 @@ def marched(surface: AlgebraicSurface, grid: Grid) -> tuple[Float, Int]:
     return grid.places(vertices.astype(np.float64)), faces.astype(np.int64)
 
 
-def start_mesh(surface: AlgebraicSurface, cells: int, what: str) -> SurfaceMesh:
-    """Return a coarse mesh of the part of a regular surface in its box.
+def start_mesh(surface: AlgebraicSurface, cells: int, what: str) -> tuple[Float, Int]:
+    """Return vertices (V, 3) and faces (F, 3) of a coarse mesh of the part of a regular surface in its box.
 
     Parameters
     ----------
@@ -129,25 +129,25 @@ def start_mesh(surface: AlgebraicSurface, cells: int, what: str) -> SurfaceMesh:
     if not len(faces):
         raise TooCoarse(f"{what} is too small in the box {box} for {cells} cells")
     _check_topology(surface, grid, faces, what)
-    held = (points == surface.low) | (points == surface.high)
+    held = surface.on_sides(points)
     there = surface.projected(points, held)
     lost = ~(norm(there - points) <= grid.length * np.sqrt(3.0))
     if lost.any():
         reason = "is nearly parallel to a side of the box" if held[lost][0].any() else "is too thin for the cells"
         raise TooCoarse(f"{what} {reason} near {place(points[lost][0])}")
     mesh = evened(SurfaceMesh(there, faces, held, surface.projected, surface.normal), grid.length)
-    finer = mesh
+    points, faces = mesh.points, mesh.faces
     for level in range(CHECKED_LEVELS):
         if level:
-            finer = refined(surface, finer)
-        corners = finer.points[finer.faces]
+            points, faces = refined(surface, points, faces)
+        corners = points[faces]
         ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-        bad = ~((finer.facing(corners) > FACING) & (angle_between(ahead, back).min(axis=1) > THINNEST))
+        bad = ~((mesh.facing(corners) > FACING) & (angle_between(ahead, back).min(axis=1) > THINNEST))
         if bad.any():
             face = int(np.argmax(bad)) // 4**level  # the face of level 0 that it came from
             where = place(mesh.points[mesh.faces[face]].mean(axis=0))
             raise TooCoarse(f"{what} bends too much for {cells} cells near {where}")
-    return mesh
+    return mesh.points, mesh.faces
 
 
 def _check_topology(surface: AlgebraicSurface, grid: Grid, faces: Int, what: str) -> None:
@@ -195,15 +195,8 @@ def place(point: Float) -> str:
     return f"({', '.join(f'{value:.6g}' for value in rounded)})"
 
 
-def refined(surface: AlgebraicSurface, mesh: SurfaceMesh) -> SurfaceMesh:
-    """Return the mesh with every triangle split in four, the middles of edges projected onto the surface.
-
-    The middle of a boundary edge stays on the side of the box that both ends lie on. NaN where a projection fails.
-    """
-    edges, boundary, faces = split_in_four(mesh.faces, len(mesh.points))
-    p, q = mesh.points[edges[:, 0]], mesh.points[edges[:, 1]]
-    held = mesh.held[edges[:, 0]] & mesh.held[edges[:, 1]] & (p == q) & boundary[:, None]
-    middles = surface.projected(0.5 * (p + q), held)
-    return SurfaceMesh(
-        np.concatenate([mesh.points, middles]), faces, np.concatenate([mesh.held, held]), mesh.project, mesh.normal
-    )
+def refined(surface: AlgebraicSurface, points: Float, faces: Int) -> tuple[Float, Int]:
+    """Split every triangle of a mesh in four; vertices (V, 3), NaN where none was found, and faces (F, 3)."""
+    edges, boundary, children = split_in_four(faces, len(points))
+    middles = surface.middles(points[edges[:, 0]], points[edges[:, 1]], boundary)
+    return np.concatenate([points, middles]), children

@@ -119,6 +119,19 @@ class AlgebraicSurface(LevelSet):
                 active, p, before = active[go_on], p[go_on], length[go_on]
         return feet
 
+    def middles(self, start: Float, end: Float, boundary: Bool) -> Float:
+        """Points (E, 3) of the surface, by projection of the chords' middles along the gradient.
+
+        Those of boundary edges stay on the side of the box that both ends lie on.
+        """
+        held = self.on_sides(start) & self.on_sides(end) & (start == end) & boundary[:, None]
+        return self.projected(0.5 * (start + end), held)
+
+    def on_sides(self, points: Float) -> Bool:
+        """(N, 3) true for coordinates in which points (N, 3) lie on a side of the box."""
+        there: Bool = (points == self.low) | (points == self.high)
+        return there
+
     def closest(self, points: Float) -> Float:
         """Nearest points of the surface, (N, 3), as far as samples in the box tell; NaN where none was found.
 

@@ -101,7 +101,7 @@ class Projected(SampledMesh):
     def middles(self, edges: Int) -> Float:
         """Feet (M, 3) of the perpendiculars from the middles of the chords."""
         ends = self.points[self.mesh.edges[edges]]
-        feet = self.exact.closest(0.5 * (ends[:, 0] + ends[:, 1]))
+        feet = self.exact.middles(ends[:, 0], ends[:, 1], self.mesh.boundary_edges[edges])
         lost = ~np.isfinite(feet).all(axis=1)
         if lost.any():
             start, end = self.mesh.edges[edges[lost]][0].tolist()

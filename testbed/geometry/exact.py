@@ -6,7 +6,7 @@ import numpy as np
 
 from testbed.geometry.face_data import Centres, FaceData
 from testbed.geometry.mesh import HermiteMesh
-from testbed.geometry.vectors import Float, Int, norm, unit
+from testbed.geometry.vectors import Bool, Float, Int, norm, unit
 
 
 class ExactSurface(ABC):
@@ -43,6 +43,27 @@ class ExactSurface(ABC):
         """
         del high
         return np.full(len(low), np.inf)
+
+    def middles(self, start: Float, end: Float, boundary: Bool) -> Float:
+        """Points (E, 3) of the surface between points of it (E, 3) and (E, 3): new vertices on the edges of a mesh.
+
+        Here the feet of the perpendiculars from the middles of the chords; a surface that is cut off has to put those
+        of boundary edges onto its boundary.
+
+        Parameters
+        ----------
+        start, end
+            The ends of the edges.
+        boundary
+            (E,) true for edges on the boundary of the mesh.
+
+        Returns
+        -------
+        points
+            NaN where none was found.
+        """
+        del boundary
+        return self.closest(0.5 * (start + end))
 
     def sample(self, points: Float, faces: Int, centres: Float | None = None) -> HermiteMesh:
         """Return the mesh of ``points`` (V, 3), which lie on the surface, with its normals and second forms there.
