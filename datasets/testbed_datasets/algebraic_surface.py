@@ -1,12 +1,13 @@
 """The zero set of a polynomial as an exact surface: projection, closest points, bounds of its curvature."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from testbed.geometry.exact import LevelSet
+from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Bool, Float, Int, cross, dot, norm, unit
 from testbed_datasets.polynomial import Evaluated, PolynomialJet
 from testbed_datasets.polynomial_boxes import bounds
@@ -131,6 +132,28 @@ class AlgebraicSurface(LevelSet):
         """(N, 3) true for coordinates in which points (N, 3) lie on a side of the box."""
         there: Bool = (points == self.low) | (points == self.high)
         return there
+
+    def sample(self, points: Float, faces: Int, centres: Float | None = None) -> HermiteMesh:
+        """Return the mesh of points (V, 3) on the surface with its data, and tangents of its boundary.
+
+        On a side of the box the boundary runs along e x n, where e is perpendicular to that side.
+        """
+        mesh = super().sample(points, faces, centres)
+        on_boundary = mesh.boundary_edges[mesh.face_edges]
+        if not on_boundary.any():
+            return mesh
+        face, side = np.nonzero(on_boundary)
+        ends = np.stack([mesh.faces[face, side], mesh.faces[face, (side + 1) % 3]], axis=-1)
+        start, end = np.moveaxis(mesh.points[ends], 1, 0)
+        shared = self.on_sides(start) & self.on_sides(end) & (start == end)
+        perpendicular = np.where(shared.any(axis=1), np.eye(3)[shared.argmax(axis=1)].T, np.nan).T
+        along = unit(cross(perpendicular[:, None], self.normal(mesh.points[ends].reshape(-1, 3)).reshape(-1, 2, 3)))
+        ahead = dot(along, (end - start)[:, None]) > 0.0
+        along[~np.isfinite(along).all(axis=(1, 2))] = np.nan  # the surface touches the side at an end
+        tangents = np.full((*mesh.faces.shape, 2, 3), np.nan)
+        tangents[face, side] = np.where(ahead[..., None], along, -along)
+        data = replace(mesh.face_data, side_tangents=tangents)
+        return HermiteMesh(mesh.points, mesh.faces, mesh.normals, mesh.second_forms, face_data=data)
 
     def closest(self, points: Float) -> Float:
         """Nearest points of the surface, (N, 3), as far as samples in the box tell; NaN where none was found.
