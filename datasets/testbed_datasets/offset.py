@@ -1,5 +1,6 @@
 """The offset of a bicubic B-spline surface of nine patches, which the thesis approximates by adaptive refinement."""
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -17,7 +18,7 @@ from testbed_datasets.bicubic_spline import BicubicSpline
 from testbed_datasets.halving import check_level
 from testbed_datasets.offset_charts import OffsetSpline
 from testbed_datasets.parameters import finite
-from testbed_datasets.principal_bounds import Peak, bounded_extremes, highest
+from testbed_datasets.principal_bounds import Peak, bounded_extremes, highest_place
 
 #: Heights of the control points, ten times, over the points (i, j) of a grid; rows belong to i.
 HEIGHTS = (
@@ -52,9 +53,8 @@ class Offset(Dataset):
     Parameters
     ----------
     distance
-        Distance along the normals, which point upward; the base's principal curvatures, positive where it bends away
-        from its normal, are between -1.07962 and 1.56093, so a regular offset's distance is above -0.64064 and below
-        0.92625. -0.4 is the other distance of interest.
+        Distance along the normals, which point upward, from -0.6406 to 0.9262: the base's principal curvatures,
+        positive where it bends away from its normal, go from -1.07962 to 1.56093. -0.4 is another distance of interest.
     cells
         Squares along each side of level 0, of two triangles each; multiples of 3 follow the knots.
     """
@@ -115,7 +115,7 @@ class PrincipalRange:
     lowest, highest
         Extremes that were found.
     low, high
-        Guaranteed bounds, about 1e-6 beyond, relatively.
+        Guaranteed bounds, about 1e-5 beyond, relatively.
     """
 
     lowest: Peak
@@ -127,8 +127,8 @@ class PrincipalRange:
 @lru_cache(maxsize=8)
 def principal_range(spline: BicubicSpline) -> PrincipalRange:
     """Search a spline surface for its extreme principal curvatures, and make sure that there are none beyond."""
-    top = highest(lambda at: principal(Jet(spline.jet(at, 2)))[0], spline.cells)
-    bottom = highest(lambda at: -principal(Jet(spline.jet(at, 2)))[1], spline.cells)
+    top = highest_place(lambda at: principal(Jet(spline.jet(at, 2)))[0], spline.cells)
+    bottom = highest_place(lambda at: -principal(Jet(spline.jet(at, 2)))[1], spline.cells)
     low, high = bounded_extremes(spline.patches().reshape(-1, 4, 4, 3), -bottom.value, top.value)
     return PrincipalRange(Peak(-bottom.value, bottom.at), top, low, high)
 
@@ -147,10 +147,11 @@ def check_focal_distance(name: str, spline: BicubicSpline, distance: float) -> N
         return
     patch = [min(int(t), spline.cells - 1) for t in peak.at]
     u, v = (t - cell for t, cell in zip(peak.at, patch, strict=True))
-    limits = ["-infinity" if extremes.high <= 0.0 else f"{-1.0 / extremes.high:.5f}"]
-    limits.append("infinity" if extremes.low >= 0.0 else f"{-1.0 / extremes.low:.5f}")
+    # rounded towards zero, so that they are allowed
+    lowest = "-infinity" if extremes.high <= 0.0 else f"{math.ceil(-1e4 / extremes.high) / 1e4:.4f}"
+    highest = "infinity" if extremes.low >= 0.0 else f"{math.floor(-1e4 / extremes.low) / 1e4:.4f}"
     raise SpecError(
         f"parameter distance of {name} cannot be {distance}: in patch ({patch[0]}, {patch[1]}) at (u, v) = "
         f"({u:.4f}, {v:.4f}) the surface has the principal curvature {peak.value:.5f} and its offset folds over, "
-        f"give a distance between {limits[0]} and {limits[1]}"
+        f"give a distance from {lowest} to {highest}"
     )

@@ -17,12 +17,13 @@ import numpy as np
 from testbed.geometry.bernstein import subdivide_tensor
 from testbed.geometry.vectors import Float, Int, unit
 
-#: Rounding of coefficients, relative to the largest of their polynomial.
-ROUNDING = 1e-12
+#: Rounding of products' coefficients, relative to the largest, and of halved patches' control points: a hundred times
+#: what it is.
+ROUNDING, PLACES = 1e-13, 1e-14
 #: Bounds of extreme curvatures are this near, relatively, to curvatures that were found.
-TOLERANCE = 1e-6
-#: Patches are halved at most so often.
-MOST_HALVINGS = 14
+TOLERANCE = 1e-5
+#: Patches of one size that are examined to bound extreme curvatures.
+MOST_PATCHES = 2048
 #: Steps a side of the lattices in which extremes are searched for, the peaks followed and how often they are zoomed at.
 STEPS, PEAKS, ZOOMS = 48, 8, 30
 
@@ -78,44 +79,50 @@ def middle_normals(area: Float) -> Float:
 def principal_bounds(nets: Float) -> tuple[Float, Float]:
     """True bounds (P,) of the principal curvatures of patches (P, m + 1, n + 1, 3): none is lower, none is higher.
 
-    The lower is at most 0 and the upper at least 0; infinite where a patch turns too much, or is not regular. Rounding
-    is allowed for. Curvature is positive where a patch bends away from S_u x S_v.
+    The degrees are at least 2. The lower bound is at most 0 and the upper at least 0; infinite where a patch turns too
+    much, or is not regular. Rounding is allowed for. Curvature is positive where a patch bends away from S_u x S_v.
     """
     along_u, along_v = _derivative(nets, 1), _derivative(nets, 2)
     area = area_vectors(nets)
     w = np.einsum("pijx,px->pij", area, middle_normals(area))
-    one = np.ones((1, *(size - along for size, along in zip(w.shape[1:], (2, 2), strict=True))))
-    # the forms are of lower degree than those they are compared with
     pairs = ((along_u, along_u), (along_u, along_v), (along_v, along_v))
-    E, F, G = (multiply(w, _scalar_product(*pair)) for pair in pairs)
+    first = tuple(multiply(w, _scalar_product(*pair)) for pair in pairs)
+    # the second form's polynomials are of lower degree than those they are compared with, by that of the patch
+    one = np.ones((1, *nets.shape[1:3]))
     twice = (_derivative(along_u, 1), _derivative(along_u, 2), _derivative(along_v, 2))
-    L, M, N = (-multiply(_scalar_product(second, area), one) for second in twice)
-    square, linear = multiply(E, G) - multiply(F, F), multiply(E, N) + multiply(G, L) - 2.0 * multiply(F, M)
-    constant = multiply(L, N) - multiply(M, M)
-    upper = _upper(E, G, L, N, square, linear, constant)
-    return -_upper(E, G, -L, -N, square, -linear, constant), upper
+    second = tuple(-multiply(_scalar_product(derivative, area), one) for derivative in twice)
+    # second differences of the control points, however small, carry the rounding of the points' coordinates
+    degree = max(nets.shape[1:3]) - 1
+    slack = PLACES * 4.0 * degree**2 * largest(nets) * largest(area)
+    return -_upper(first, tuple(-form for form in second), slack), _upper(first, second, slack)
 
 
-def _upper(E: Float, G: Float, L: Float, N: Float, square: Float, linear: Float, constant: Float) -> Float:
-    """Smallest c >= 0 (P,) from which on c E - L, c G - N and c^2 square - c linear + constant are positive."""
+def largest(*coefficients: Float) -> Float:
+    """Largest moduli of the coefficients that belong to each patch, (P, 1, 1)."""
+    sizes: Float = np.max([np.abs(one).reshape(len(one), -1).max(axis=1) for one in coefficients], axis=0)
+    return sizes[:, None, None]
 
-    def slack(*polynomials: Float) -> Float:
-        sizes = [np.abs(one).max(axis=(1, 2), keepdims=True) for one in polynomials]
-        size: Float = np.max(np.stack(sizes), axis=0)
-        return ROUNDING * size
 
+def _upper(first: tuple[Float, ...], second: tuple[Float, ...], slack: Float) -> Float:
+    """Smallest c >= 0 (P,) from which on c first - second is positive definite, as its coefficients show.
+
+    ``first`` is E, F, G and ``second`` L, M, N, whose coefficients are wrong by at most ``slack`` (P, 1, 1).
+    """
+    (E, F, G), (L, M, N) = first, second
+    size, bending = largest(*first), largest(*second) + slack
+    # the determinant is c^2 square - c linear + constant
+    square = multiply(E, G) - multiply(F, F) - ROUNDING * size**2
+    linear = multiply(E, N) + multiply(G, L) - 2.0 * multiply(F, M) + 4.0 * size * (slack + ROUNDING * bending)
+    constant = multiply(L, N) - multiply(M, M) - 4.0 * bending * (slack + ROUNDING * bending)
     with np.errstate(all="ignore"):  # coefficients that are not positive bound nothing: infinite, below
-        simple = [
-            np.where(first > 0.0, (second + slack(second)) / first, np.inf)
-            for first, second in ((E - slack(E), L), (G - slack(G), N))
-        ]
-        leading, last = square - slack(square), constant - slack(constant)
-        middle = linear + slack(linear)
-        root = (middle + np.sqrt(np.maximum(middle * middle - 4.0 * leading * last, 0.0))) / (2.0 * leading)
-        simple.append(np.where(leading > 0.0, root, np.inf))
-    bounds = [np.where(np.isnan(one), np.inf, one).max(axis=(1, 2)) for one in simple]
+        root = (linear + np.sqrt(np.maximum(linear**2 - 4.0 * square * constant, 0.0))) / (2.0 * square)
+        bounds = [np.where(square > 0.0, root, np.inf)]
+        for of_first, of_second in ((E, L), (G, N)):
+            positive = of_first - ROUNDING * size
+            bounds.append(np.where(positive > 0.0, (of_second + slack) / positive, np.inf))
+    by_patch = [np.where(np.isnan(one), np.inf, one).max(axis=(1, 2)) for one in bounds]
     # the operations above round too
-    highest: Float = np.max(np.stack([*bounds, np.zeros(len(E))]), axis=0) * (1.0 + 1e-12)
+    highest: Float = np.max(np.stack([*by_patch, np.zeros(len(E))]), axis=0) * (1.0 + ROUNDING)
     return highest
 
 
@@ -128,19 +135,19 @@ def quarters(nets: Float) -> Float:
 def bounded_extremes(nets: Float, low: float, high: float) -> tuple[float, float]:
     """Guaranteed bounds of the principal curvatures of all patches, close to curvatures ``low`` and ``high`` they have.
 
-    Patches that may have more than these by ``TOLERANCE`` are halved. As with :func:`principal_bounds` the lower bound
-    is at most 0 and the upper at least 0.
+    Patches that may have more than these by ``TOLERANCE``, relative to the larger, are halved, as long as they are few.
+    As with :func:`principal_bounds` the lower bound is at most 0 and the upper at least 0.
     """
-    bounds = [low - TOLERANCE * abs(low), high + TOLERANCE * abs(high)]
-    bounds = [min(bounds[0], 0.0), max(bounds[1], 0.0)]
-    for _ in range(MOST_HALVINGS):
+    beyond = TOLERANCE * max(abs(low), abs(high))
+    low, high = min(low - beyond, 0.0), max(high + beyond, 0.0)
+    while True:
         lower, upper = principal_bounds(nets)
-        nets = nets[(lower < bounds[0]) | (upper > bounds[1])]
-        if not len(nets):
-            return bounds[0], bounds[1]
-        nets = quarters(nets)
-    lower, upper = principal_bounds(nets)
-    return min(bounds[0], float(lower.min())), max(bounds[1], float(upper.max()))
+        beyond_bounds = (lower < low) | (upper > high)
+        if not beyond_bounds.any():
+            return low, high
+        if 4 * beyond_bounds.sum() > MOST_PATCHES:
+            return min(low, float(lower.min())), max(high, float(upper.max()))
+        nets = quarters(nets[beyond_bounds])
 
 
 @dataclass(frozen=True)
@@ -151,7 +158,7 @@ class Peak:
     at: tuple[float, float]
 
 
-def highest(function: Callable[[Float], Float], side: float) -> Peak:
+def highest_place(function: Callable[[Float], Float], side: float) -> Peak:
     """Largest value of a function (N, 2) -> (N,) on the square [0, side]^2: a lattice, then zooming at its peaks."""
     lattice = np.stack(np.meshgrid(*2 * [np.linspace(0.0, side, STEPS + 1)], indexing="ij"), axis=-1)
     values = function(lattice.reshape(-1, 2)).reshape(lattice.shape[:2])

@@ -67,12 +67,12 @@ def test_beyond_the_rim_the_nearest_point_is_on_it(sides: int) -> None:
     t = np.clip((from_start * side).sum(axis=-1) / (side * side).sum(axis=-1), 0.0, 1.0)
     on_rim = start + t[..., None] * side
     flat = points * [1.0, 1.0, 0.0]
-    inside = ((side[:, 0] * (flat[:, None] - start)[..., 1] - side[:, 1] * (flat[:, None] - start)[..., 0]) > 0.0).all(
-        1
-    )
+    across = flat[:, None] - start
+    heights = side[:, 0] * across[..., 1] - side[:, 1] * across[..., 0]
+    inside = heights.min(axis=1, keepdims=True) > 0.0
     nearest = on_rim[np.arange(len(points)), norm(on_rim - points[:, None]).argmin(axis=1)]
-    assert norm(found.points - np.where(inside[:, np.newaxis], flat, nearest)).max() < 1e-12
-    assert np.array_equal(found.on_side, ~inside)
+    assert norm(found.points - np.where(inside, flat, nearest)).max() < 1e-12
+    assert np.array_equal(found.on_side, ~inside.ravel())
 
 
 def test_a_foot_depends_on_its_point_alone() -> None:
