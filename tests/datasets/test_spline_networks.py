@@ -81,7 +81,8 @@ def test_a_network_from_a_file_is_the_one_in_it() -> None:
     ring = registry.dataset("ring").mesh(1)
     assert np.array_equal(mesh.points, ring.points)
     assert np.array_equal(mesh.faces, ring.faces)
-    assert np.array_equal(registry.dataset("network").mesh(0).points, registry.dataset("branch").mesh(0).points)
+    cushion = registry.dataset("network").mesh(0)
+    assert (len(cushion.points), len(cushion.faces), cushion.boundary_edges.any()) == (18, 32, False)
     assert registry.dataset("branch").files() == (DATA / "branch.obj",)
 
 
