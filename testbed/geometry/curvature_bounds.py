@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.geometry.branch_and_bound import Front, Search, scaled
-from testbed.geometry.curvature_polynomials import KINDS, curvature_polynomials
+from testbed.geometry.curvature_polynomials import KINDS, curvature_polynomials, numerator_degrees
+from testbed.geometry.enclosed_nets import exponents
 from testbed.geometry.patches import PatchBatch
 from testbed.geometry.quotient_bounds import Cells, lower_quotient, values_at
 from testbed.geometry.vectors import Float, Int
@@ -27,8 +28,8 @@ ROUNDS = 48
 #: Pieces that are cut for each of the two curvatures at most: so many, and so many a patch, of a surface as a whole and
 #: of patches each by itself.
 CUTS, CUTS_OF_SURFACE, CUTS_OF_PATCHES = 2_000, 16, 200
-#: Patches that are first bounded at once: their coefficients stay in the cache.
-BLOCK = 256
+#: Patches that are first bounded at once, and products of their coefficients, at most, so that these stay in the cache.
+BLOCK, PRODUCTS = 256, 1_000_000
 #: Powers of m.m that the numerators of K and of H are divided by, and how the two scale with length.
 POWERS, SCALING = (2.0, 1.5), (2, 1)
 
@@ -80,6 +81,17 @@ class Places:
 def certifiable(batch: PatchBatch) -> bool:
     """Whether the patches are polynomial or rational all over, so that :func:`patch_bounds` can enclose them."""
     return isinstance(batch, KINDS) and batch.corner_margin == 0.0
+
+
+def numerator_size(batch: PatchBatch) -> int:
+    """Bernstein coefficients of the numerator of K on one patch, of degree 2 or more; the work grows with them.
+
+    Raises
+    ------
+    TypeError
+        The patches are of another kind.
+    """
+    return len(exponents(numerator_degrees(batch)))
 
 
 def patch_bounds(
@@ -170,11 +182,11 @@ def _enclosed(
     searches = [Search(best.copy(), np.full_like(best, -np.inf), tolerance) for best in (start[:2], start[2:])]
     for batch, group in zip(batches, groups, strict=True):
         fronts: tuple[list[Front], list[Front]] = ([], [])
-        for block in _blocks(len(batch)):
+        for block in _blocks(batch):
             forms = curvature_polynomials(batch.take(block))
             for which, numerator in enumerate((forms.gauss, forms.mean)):
                 cells = Cells.whole(numerator, forms.square, POWERS[which])
-                front = Front(cells, forms.exponent * SCALING[which], group[block], ~forms.regular)
+                front = Front.of(cells, forms.exponent * SCALING[which], group[block], ~forms.regular)
                 # what cannot compete with its own block needs no memory
                 fronts[which].append(searches[which].entered(front))
         for search, found in zip(searches, fronts, strict=True):
@@ -187,5 +199,7 @@ def _enclosed(
     return CurvatureBounds(*enclosures)
 
 
-def _blocks(count: int) -> list[slice]:
-    return [slice(first, min(first + BLOCK, count)) for first in range(0, count, BLOCK)]
+def _blocks(batch: PatchBatch) -> list[slice]:
+    # the longest list of products of coefficients is about so long
+    patches = max(1, min(BLOCK, int(PRODUCTS / numerator_size(batch) ** 1.5)))
+    return [slice(first, min(first + patches, len(batch))) for first in range(0, len(batch), patches)]

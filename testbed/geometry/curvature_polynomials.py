@@ -68,10 +68,38 @@ def curvature_polynomials(batch: PatchBatch) -> CurvaturePolynomials:
     if isinstance(batch, BezierTriangles):
         return _polynomial(batch.control_points.transpose(2, 1, 0), (batch.degree,))
     if isinstance(batch, BezierQuads):
-        return _polynomial(batch.control_points.reshape(len(batch), -1, 3).transpose(2, 1, 0), batch.degree)
+        return _polynomial(_rows(batch.control_points), batch.degree)
     if isinstance(batch, RationalBezierTriangles):
         return _rational(batch)
-    raise TypeError(f"patches of kind {batch.kind} are no polynomials: certify Bezier patches only")
+    raise _not_polynomial(batch)
+
+
+def numerator_degrees(batch: PatchBatch) -> Degrees:
+    """Degree of the numerator of K on patches of degree 2 or more; lower ones have at most as many coefficients.
+
+    Raises
+    ------
+    TypeError
+        The patches are of another kind.
+    """
+    if isinstance(batch, BezierTriangles):
+        return (max(6 * batch.degree - 8, 0),)
+    if isinstance(batch, BezierQuads):
+        m, n = batch.degree
+        return max(6 * m - 4, 0), max(6 * n - 4, 0)
+    if isinstance(batch, RationalBezierTriangles):
+        return (max(12 * batch.degree - 8, 6),)
+    raise _not_polynomial(batch)
+
+
+def _not_polynomial(batch: PatchBatch) -> TypeError:
+    return TypeError(f"patches of kind {batch.kind} are no polynomials: certify Bezier patches only")
+
+
+def _rows(control_points: Float) -> Float:
+    """Control points (P, m + 1, n + 1, 3) row by row, (3, (m + 1) (n + 1), P)."""
+    patches, rows, columns, _ = control_points.shape
+    return control_points.reshape(patches, rows * columns, 3).transpose(2, 1, 0)
 
 
 def _differences(points: Float, degrees: Degrees) -> tuple[Float, Float, Degrees, Degrees]:
@@ -84,11 +112,17 @@ def _differences(points: Float, degrees: Degrees) -> tuple[Float, Float, Degrees
         corner = points[..., first, :]
         return d * (points[..., second, :] - corner), d * (points[..., third, :] - corner), (d - 1,), (d - 1,)
     m, n = degrees
-    table = points.reshape(*points.shape[:-2], m + 1, n + 1, points.shape[-1])
+    *before, _, patches = points.shape
+    table = points.reshape(*before, m + 1, n + 1, patches)
     along_u = m * np.diff(table, axis=-3) if m else np.zeros_like(table)
     along_v = n * np.diff(table, axis=-2) if n else np.zeros_like(table)
-    flat = (*points.shape[:-2], -1, points.shape[-1])
-    return along_u.reshape(flat), along_v.reshape(flat), (max(m - 1, 0), n), (m, max(n - 1, 0))
+    of_u, of_v = (max(m - 1, 0), n), (m, max(n - 1, 0))
+    return (
+        along_u.reshape(*before, (of_u[0] + 1) * (n + 1), patches),
+        along_v.reshape(*before, (m + 1) * (of_v[1] + 1), patches),
+        of_u,
+        of_v,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,12 +153,14 @@ def _derivatives(points: Float, degrees: Degrees, error: Float) -> _Derivatives:
     error_u, error_v = bound(u, error), bound(v, error)
     uu, uv, of_uu, of_uv = _differences(u, of_u)
     _, vv, _, of_vv = _differences(v, of_v)
+    # what is constant has the derivative 0, and exactly
+    constant = np.zeros_like(error)
     return _Derivatives(
         EnclosedNets.of_coefficients(u, of_u, error_u),
         EnclosedNets.of_coefficients(v, of_v, error_v),
-        EnclosedNets.of_coefficients(uu, of_uu, bound(uu, error_u)),
-        EnclosedNets.of_coefficients(uv, of_uv, bound(uv, error_u)),
-        EnclosedNets.of_coefficients(vv, of_vv, bound(vv, error_v)),
+        EnclosedNets.of_coefficients(uu, of_uu, bound(uu, error_u) if of_u[0] else constant),
+        EnclosedNets.of_coefficients(uv, of_uv, bound(uv, error_u) if of_u[-1] else constant),
+        EnclosedNets.of_coefficients(vv, of_vv, bound(vv, error_v) if of_v[-1] else constant),
     )
 
 

@@ -68,9 +68,12 @@ def coefficient_weights(degrees: Degrees) -> Float:
     return table
 
 
-@cache
-def _places(degrees: Degrees) -> dict[tuple[int, ...], int]:
-    return {tuple(row): place for place, row in enumerate(exponents(degrees).tolist())}
+def _places(rows: Int, degrees: Degrees) -> Int:
+    """Places (...) of exponents (..., 3 | 4) in a net."""
+    if len(degrees) == 1:
+        j, k = rows[..., 1], rows[..., 2]
+        return np.asarray((j + k) * (j + k + 1) // 2 + k)
+    return np.asarray(rows[..., 1] * (degrees[1] + 1) + rows[..., 3])
 
 
 @cache
@@ -82,9 +85,7 @@ def _averages(a: Degrees, b: Degrees, copies: int) -> "csr_array[Any, Any]":
     from scipy.sparse import csr_array
 
     total = tuple(m + n for m, n in zip(a, b, strict=True))
-    both = exponents(a)[:, None] + exponents(b)
-    place = _places(total)
-    target = np.array([place[tuple(row)] for row in both.reshape(-1, both.shape[-1]).tolist()])
+    target = _places(exponents(a)[:, None] + exponents(b), total).ravel()
     weight = (
         np.multiply.outer(coefficient_weights(a), coefficient_weights(b)).ravel() / coefficient_weights(total)[target]
     )

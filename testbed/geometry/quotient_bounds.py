@@ -133,11 +133,11 @@ class Cells:
         regular = low > LEAST
         low, high = np.where(regular, low, 1.0), np.where(regular, high, 1.0)
         (slope, below), (secant, above) = tangent(low, high, self.power), chord(low, high, self.power)
-        widened = WIDENED * high**self.power
+        widened = WIDENED * powered(high, self.power)
         lowest = slope * square - (below + widened + slope * of_square)
         highest = secant * square + (above + widened + secant * of_square)
         # the tangent, at no more than 3/2 of the least q, is at least half of the power there, but for rounding
-        regular &= lowest.min(axis=0) > 0.25 * low**self.power
+        regular &= lowest.min(axis=0) > 0.25 * powered(low, self.power)
         lowest = np.where(regular, lowest, 1.0)
         smallest = np.reciprocal(np.maximum(highest, lowest, out=highest), out=highest)
         largest = np.reciprocal(lowest, out=lowest)
@@ -152,11 +152,16 @@ class Cells:
         return bound, np.where(regular, rounding, 0.0)
 
 
+def powered(q: Float, power: float) -> Float:
+    """Return q^p for p = 2 or 3/2, in two roundings whatever the array; a library's powers may depend on its length."""
+    return q * q if power == 2.0 else q * np.sqrt(q)
+
+
 def tangent(low: Float, high: Float, power: float) -> tuple[Float, Float]:
     """Slope and minus the value at 0 of the tangent of q^p at a point of [low, high], positive at ``low``."""
     at = np.minimum(0.5 * (low + high), 1.5 * low)
-    slope = power * at ** (power - 1.0)
-    return slope, (power - 1.0) * at**power
+    slope = power * (at if power == 2.0 else np.sqrt(at))
+    return slope, (power - 1.0) * powered(at, power)
 
 
 def chord(low: Float, high: Float, power: float) -> tuple[Float, Float]:
@@ -164,10 +169,10 @@ def chord(low: Float, high: Float, power: float) -> tuple[Float, Float]:
 
     However much its slope is rounded where they are close, it misses the power by a few roundings of it at most.
     """
-    first = low**power
-    slope = np.maximum(high**power - first, 0.0) / np.maximum(high - low, TINY)
+    first, last = powered(low, power), powered(high, power)
+    slope = np.maximum(last - first, 0.0) / np.maximum(high - low, TINY)
     # never steeper than the tangent at the end: close to each other, the difference is all rounding
-    slope = np.minimum(slope, (1.0 + WIDENED) * power * high ** (power - 1.0))
+    slope = np.minimum(slope, (1.0 + WIDENED) * power * (last / high))
     return slope, first - slope * low
 
 
@@ -177,7 +182,7 @@ def lower_quotient(numerator: Float, error: Float, square: Float, of_square: Flo
     regular = low > LEAST
     value = numerator - error
     divisor = np.where(value >= 0.0, high, low)
-    divisor = np.where(regular, divisor, 1.0) ** power
+    divisor = powered(np.where(regular, divisor, 1.0), power)
     with np.errstate(over="ignore", under="ignore"):
         quotient = value / divisor
     return np.where(regular, quotient - WIDENED * np.abs(quotient) - TINY, -np.inf)
