@@ -8,7 +8,7 @@ import numpy as np
 
 from testbed.geometry.curvature import analyse
 from testbed.geometry.vectors import Float, Int
-from testbed.measures.extremum import maxima
+from testbed.measures.extremum import Extremum, maxima
 from testbed.measures.sampling import sample, samples_per_patch
 from testbed.plugins.measure import Column, Measure, Survey, Value
 
@@ -54,16 +54,7 @@ class CurvatureExtremes(Measure):
     def measure(self, survey: Survey) -> Mapping[str, Value]:
         """Return the columns."""
         surface = survey.surface
-        samples = survey.shared(sample, self.budget)
-        margins = [batch.corner_margin for batch in surface.batches]
-        places = [one.points_at.at[one.points_at.curved] for one in samples]
-        sampled = [np.stack([-one.gauss, one.gauss, -one.mean, one.mean]) for one in samples]
-
-        def quantities(part: int, patches: Int, at: Float) -> Float:
-            analysis = analyse(surface.parts[part].batch.take(patches).jets(at, 2))
-            return np.stack([-analysis.gauss, analysis.gauss, -analysis.mean, analysis.mean])
-
-        found = maxima(surface, sampled, places, quantities, margins, self.candidates)
+        found = survey.shared(searched_extremes, self.budget, self.candidates)
         result: dict[str, Value] = {}
         for name, sign, extremum in zip(
             ("gauss_min", "gauss_max", "mean_min", "mean_max"), (-1, 1, -1, 1), found, strict=True
@@ -72,6 +63,24 @@ class CurvatureExtremes(Measure):
             result[name] = sign * extremum.value + 0.0
             result[f"{name}_face"] = extremum.face
             result[f"{name}_bary"] = extremum.bary(surface.mesh.sides)
-        result["curvature_corner_margin"] = max(margins)
+        result["curvature_corner_margin"] = max(batch.corner_margin for batch in surface.batches)
         result["samples_per_patch"] = samples_per_patch(surface, self.budget)
         return result
+
+
+def searched_extremes(survey: Survey, budget: int, candidates: int) -> tuple[Extremum, ...]:
+    """Maxima of -K, K, -H and H over a surface; ask for them as ``survey.shared(searched_extremes, ...)``.
+
+    See :class:`CurvatureExtremes` for the settings.
+    """
+    surface = survey.surface
+    samples = survey.shared(sample, budget)
+    margins = [batch.corner_margin for batch in surface.batches]
+    places = [one.points_at.at[one.points_at.curved] for one in samples]
+    sampled = [np.stack([-one.gauss, one.gauss, -one.mean, one.mean]) for one in samples]
+
+    def quantities(part: int, patches: Int, at: Float) -> Float:
+        analysis = analyse(surface.parts[part].batch.take(patches).jets(at, 2))
+        return np.stack([-analysis.gauss, analysis.gauss, -analysis.mean, analysis.mean])
+
+    return tuple(maxima(surface, sampled, places, quantities, margins, candidates))

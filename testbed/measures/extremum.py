@@ -29,6 +29,23 @@ NEIGHBOURS = 1.5
 
 
 @dataclass(frozen=True)
+class PatchPlace:
+    """A place in a patch.
+
+    Parameters
+    ----------
+    part, patch
+        Which part of the surface, and which of its patches.
+    at
+        (2,) parameters in the patch.
+    """
+
+    part: int
+    patch: int
+    at: Float
+
+
+@dataclass(frozen=True)
 class Extremum:
     """A maximum over a surface and where it is.
 
@@ -40,11 +57,14 @@ class Extremum:
         Mesh face; the lowest of those that reach it. -1 on a surface without patches.
     place
         (2,) parameters in the face; of the first NaN sample if the value is NaN.
+    within
+        The patch and the place in it, where that is known.
     """
 
     value: float
     face: int
     place: Float
+    within: PatchPlace | None = None
 
     def bary(self, sides: int) -> str:
         """Barycentric coordinates in a triangle, parameters in a square, as text: exact floats joined by ``;``."""
@@ -189,8 +209,9 @@ def _refined(
         if best < 0:
             result.append(Extremum(float("nan"), -1, np.full(2, np.nan)))
             continue
-        face, place = surface.place(int(start.part[best]), start.patch[[best]], climb.at[[best]])
-        result.append(Extremum(float(value[best]), int(face[0]), place[0]))
+        within = PatchPlace(int(start.part[best]), int(start.patch[best]), climb.at[best].copy())
+        face, place = surface.place(within.part, start.patch[[best]], climb.at[[best]])
+        result.append(Extremum(float(value[best]), int(face[0]), place[0], within))
     return result
 
 
