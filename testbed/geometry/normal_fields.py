@@ -15,7 +15,7 @@ import numpy as np
 from testbed.geometry.bernstein import index_of
 from testbed.geometry.bezier import BezierQuads, BezierTriangles, RationalBezierTriangles
 from testbed.geometry.patches import PatchBatch
-from testbed.geometry.polynomials import multiply, multiply_cross
+from testbed.geometry.polynomials import divide, multiply, multiply_cross
 from testbed.geometry.vectors import Bool, Float, Int, norm
 
 
@@ -33,25 +33,32 @@ class NormalFields:
         (m + 1, 3, E) derivative along the side, up to a positive factor; None for rational patches.
     across
         (p + 1, 3, E) derivative into the patch, up to a positive factor; None for rational patches.
+    lengths
+        (2, E) the lengths of these two that their own rounding is relative to: 0 where they are differences of control
+        points, right to the last digit; more on pieces of a side. None for rational patches.
     """
 
     normals: Float
     scale: Float
     tangents: Float | None = None
     across: Float | None = None
+    lengths: Float | None = None
 
     @classmethod
-    def of_derivatives(cls, tangents: Float, across: Float) -> "NormalFields":
+    def of_derivatives(cls, tangents: Float, across: Float, lengths: Float | None = None) -> "NormalFields":
         """Cross product of derivatives along (m + 1, 3, E) and into (p + 1, 3, E) the patches."""
-        tangents, across = _in_unit_range(tangents), _in_unit_range(across)
-        return cls(multiply_cross(tangents, across), _longest(tangents) * _longest(across), tangents, across)
+        lengths = np.zeros((2, tangents.shape[-1])) if lengths is None else lengths
+        (tangents, along), (across, into) = _in_unit_range(tangents, lengths[0]), _in_unit_range(across, lengths[1])
+        lengths = np.stack([along, into])
+        scale = _scale(_longest(tangents), _longest(across), lengths)
+        return cls(multiply_cross(tangents, across), scale, tangents, across, lengths)
 
     @classmethod
     def of_planes(cls, points: Float, weights: Float) -> "NormalFields":
         """Normals of planes through three rational points each, (3, d, 3, E) with weights (3, d, 1, E)."""
         # about the first point: no digits are lost far from the origin
-        points = _in_unit_range(points - points[:1, :1], (0, 1, 2))
-        weights = _in_unit_range(weights, (0, 1, 2))
+        none = np.zeros(points.shape[-1])
+        points, weights = (_in_unit_range(p, none, (0, 1, 2))[0] for p in (points - points[:1, :1], weights))
         p = points * weights
         longest = [_longest(corner) for corner in p]
         first, *others = (multiply(weights[i], multiply_cross(p[i - 2], p[i - 1])) for i in range(3))
@@ -59,20 +66,52 @@ class NormalFields:
         return cls(first + others[0] + others[1], np.asarray(scale))
 
     def __getitem__(self, chosen: Int | Bool) -> "NormalFields":
-        fields = (self.normals, self.scale, self.tangents, self.across)
-        normals, scale, *derivatives = (None if field is None else field[..., chosen] for field in fields)
-        assert normals is not None  # noqa: S101 - always there
-        assert scale is not None  # noqa: S101 - likewise
-        return NormalFields(normals, scale, *derivatives)
+        fields = (self.tangents, self.across, self.lengths)
+        others = (None if field is None else field[..., chosen] for field in fields)
+        return NormalFields(self.normals[..., chosen], self.scale[chosen], *others)
 
     def reversed(self) -> "NormalFields":
-        """Return the same normals along the sides run the other way: tangents point the other way, normals do not."""
+        """Return the same normals along the sides run the other way.
+
+        The tangents then point the other way, and so that normals are still T x C, C points out of the patch.
+        """
         return NormalFields(
             self.normals[::-1],
             self.scale,
             None if self.tangents is None else -self.tangents[::-1],
-            None if self.across is None else self.across[::-1],
+            None if self.across is None else -self.across[::-1],
+            self.lengths,
         )
+
+    def end_scale(self, end: int) -> Float:
+        """(E,) what the rounding of the first (0) or the last (-1) coefficient is relative to, a single product."""
+        if self.tangents is None or self.across is None or self.lengths is None:
+            return self.scale
+        return _scale(norm(self.tangents[end].T), norm(self.across[end].T), self.lengths)
+
+    def halves(self) -> "NormalFields":
+        """Normals along the first halves of all sides, and then along the second halves.
+
+        Each half has a scale of its own: where a normal is short on a half, less is lost by rounding.
+        """
+        if self.tangents is None or self.across is None or self.lengths is None:
+            # three roundings in each of n steps, of the largest coefficient; the scale stands for a hundred and more
+            scale = (1.0 + len(self.normals) / 16.0) * self.scale
+            return NormalFields(np.concatenate(divide(self.normals), axis=-1), np.tile(scale, 2))
+        lengths = np.array(
+            [
+                (1.0 + len(field) / 16.0) * length + len(field) / 16.0 * _longest(field)
+                for field, length in zip((self.tangents, self.across), self.lengths, strict=True)
+            ]
+        )
+        tangents, across = (np.concatenate(divide(field), axis=-1) for field in (self.tangents, self.across))
+        return NormalFields.of_derivatives(tangents, across, np.tile(lengths, 2))
+
+
+def _scale(tangents: Float, across: Float, lengths: Float) -> Float:
+    """Scale (E,) of the rounding in T x C from the lengths (E,) of T and C and those (2, E) that theirs is of."""
+    scale: Float = tangents * across + lengths[0] * across + tangents * lengths[1]
+    return scale
 
 
 def _longest(vectors: Float) -> Float:
@@ -81,17 +120,19 @@ def _longest(vectors: Float) -> Float:
     return longest
 
 
-def _in_unit_range(coefficients: Float, axes: tuple[int, ...] = (0, 1)) -> Float:
+def _in_unit_range(coefficients: Float, length: Float, axes: tuple[int, ...] = (0, 1)) -> tuple[Float, Float]:
     """Coefficients (..., E) times powers of two, one for each of the E, that bring the largest over the axes below one.
 
     Exact but for coefficients 1e300 times smaller than the largest, and products of a few neither overflow nor vanish.
+    Where one is not finite all become NaN, which stays NaN without a warning. A length (E,) is scaled likewise.
     """
     largest = np.abs(coefficients).max(axis=axes, initial=0.0)
-    exponent = np.frexp(np.where(np.isfinite(largest), largest, 1.0))[1]
+    finite = np.isfinite(largest)
+    coefficients, exponent = np.where(finite, coefficients, np.nan), np.frexp(np.where(finite, largest, 1.0))[1]
     # in two steps, since the power of two itself may be no float
     half = exponent // 2
-    result: Float = np.ldexp(np.ldexp(coefficients, -half), half - exponent)
-    return result
+    scaled, length = (np.ldexp(np.ldexp(x, -half), half - exponent) for x in (coefficients, length))
+    return scaled, length
 
 
 def have_polynomial_normals(batch: PatchBatch) -> bool:
@@ -127,7 +168,7 @@ def along_sides(batch: PatchBatch, patches: Int, side: Int) -> NormalFields:
         raise TypeError(f"{batch.kind} has no polynomial normals: sample them")
     if outer.shape[1] < 2 or not inner.shape[1]:
         none = np.zeros((1, 3, len(patches)))
-        return NormalFields(none, none[0, 0], none, none)
+        return NormalFields.of_derivatives(none, none)
     with np.errstate(invalid="ignore", over="ignore"):  # patches that are not finite keep their NaN
         if isinstance(batch, RationalBezierTriangles):
             points = np.stack([outer[:, :-1], outer[:, 1:], inner]).transpose(0, 2, 3, 1)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.geometry.normal_pairs import ROUNDING, SLACK, NormalPairs
+from testbed.geometry.normal_pairs import HALF_TURN, ROUNDING, SLACK, NormalPairs, merit
 from testbed.geometry.polynomials import divide, multiply, multiply_dot
 from testbed.geometry.vectors import Bool, Float, norm
 
@@ -24,6 +24,11 @@ HALVINGS = 26
 #: Intervals of an edge halved at the same time; of an edge with more, where a normal all but vanishes, the bounds are
 #: taken as they are.
 INTERVALS = 40
+#: Edges whose enclosures are wider than this, relatively and absolutely, are divided: normals that are much shorter on
+#: one part of an edge than on another lose digits there that they have on a part of its own.
+WIDE = (1e-6, 1e-9)
+#: Most divisions of an edge.
+DIVISIONS = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +38,8 @@ class NormalJumps:
     Parameters
     ----------
     angle, t
-        (E,) the largest angle, right to rounding, and where it is.
+        (E,) the largest angle and where it is; right to rounding, unless that leaves the bounds far apart: then the
+        largest that is certain.
     low, high
         (E,) guaranteed bounds of the largest angle: what is attained at ``t`` less its rounding, and an upper bound.
     settled
@@ -47,7 +53,9 @@ class NormalJumps:
     settled: Bool
 
 
-def normal_jumps(pairs: NormalPairs, floor: float = 0.0, gap: float = GAP) -> NormalJumps:
+def normal_jumps(
+    pairs: NormalPairs, floor: Float | float = 0.0, gap: float = GAP, divisions: int = DIVISIONS
+) -> NormalJumps:
     """Find and enclose the largest angle along each edge.
 
     Parameters
@@ -55,11 +63,14 @@ def normal_jumps(pairs: NormalPairs, floor: float = 0.0, gap: float = GAP) -> No
     pairs
         E edges.
     floor
-        Angles up to this are of no interest: an edge whose angle cannot be larger may have less than its largest for
-        ``angle``; ``low`` and ``high`` hold all the same.
+        Angles up to this, for all edges or (E,), are of no interest: an edge whose angle cannot be larger may have less
+        than its largest for ``angle``; ``low`` and ``high`` hold all the same.
     gap
         Largest relative width of the enclosure, where rounding allows it.
+    divisions
+        How many times an edge may be divided where its polynomials are too uneven for that.
     """
+    floor = np.broadcast_to(floor, len(pairs))
     angle, t, rounding = pairs.sampled()
     angle = np.where(pairs.regular, angle, np.nan)
     high = pairs.first_bound()
@@ -69,11 +80,24 @@ def normal_jumps(pairs: NormalPairs, floor: float = 0.0, gap: float = GAP) -> No
     if len(rows):
         chosen = pairs[rows]
         found = solved(chosen, angle[rows], t[rows], rounding[rows])
-        high[rows] = np.minimum(high[rows], enclosed(chosen, *found, floor, gap))
+        high[rows] = np.minimum(high[rows], enclosed(chosen, *found, floor[rows], gap))
         angle[rows], t[rows], rounding[rows] = found
         undecided[rows] = False
-    high = np.where(np.isnan(angle), np.nan, np.maximum(high, angle))
-    return NormalJumps(angle, t, np.maximum(angle - rounding, 0.0), high, ~undecided)
+    low, high = np.maximum(angle - rounding, 0.0), np.where(np.isnan(angle), np.nan, np.maximum(high, angle))
+    (uneven,) = np.nonzero(high > np.maximum(low, floor) * (1.0 + WIDE[0]) + WIDE[1])
+    if divisions and len(uneven):
+        parts = normal_jumps(pairs[uneven].halves(), np.tile(np.maximum(low, floor)[uneven], 2), gap, divisions - 1)
+        for half in (0, 1):
+            some = slice(half * len(uneven), (half + 1) * len(uneven))
+            # what is certain decides; NaN is larger than all
+            better = ~(parts.low[some] <= low[uneven])
+            angle[uneven] = np.where(better, parts.angle[some], angle[uneven])
+            t[uneven] = np.where(better, 0.5 * (half + parts.t[some]), t[uneven])
+            low[uneven] = np.where(better, parts.low[some], low[uneven])
+        # the smaller of both bounds: those of the halves, and that of the whole
+        highest = parts.high.reshape(2, -1).max(axis=0)
+        high[uneven] = np.minimum(high[uneven], np.maximum(highest, angle[uneven]))
+    return NormalJumps(angle, t, low, high, ~undecided)
 
 
 def solved(pairs: NormalPairs, angle: Float, t: Float, rounding: Float) -> tuple[Float, Float, Float]:
@@ -83,14 +107,14 @@ def solved(pairs: NormalPairs, angle: Float, t: Float, rounding: Float) -> tuple
     row = np.concatenate([np.arange(len(pairs)), row])
     columns = [np.concatenate(both) for both in ((angle, value), (t, place), (rounding, error))]
     # by row; the largest last, NaN for the largest; of equal ones the first place
-    order = np.lexsort((-columns[1], columns[0], row))
+    order = np.lexsort((-columns[1], merit(columns[0], columns[2]), row))
     last = order[np.searchsorted(row[order], np.arange(len(pairs)), side="right") - 1]
     value, place, error = (column[last] for column in columns)
     return value, place, error
 
 
 def enclosed(
-    pairs: NormalPairs, angle: Float, t: Float, rounding: Float, floor: float = 0.0, gap: float = GAP
+    pairs: NormalPairs, angle: Float, t: Float, rounding: Float, floor: Float | float = 0.0, gap: float = GAP
 ) -> Float:
     """Guaranteed upper bounds (E,) of the angles, from angles (E,) that are attained at (E,) but for rounding (E,)."""
     count, degree = len(pairs), len(pairs.cosine) - 1
@@ -144,4 +168,4 @@ def _bounds(forms: list[Float], errors: list[Float]) -> Float:
     above = cosine_squared[:, obtuse] + errors[2][obtuse]
     ratio = (np.maximum(sine_squared[:, obtuse] - errors[1][obtuse], 0.0) / above).min(axis=0, initial=np.inf)
     bound[obtuse] = np.pi - np.arctan(np.sqrt(ratio))
-    return np.asarray(np.minimum(bound * (1.0 + SLACK), np.pi))
+    return np.asarray(np.minimum(bound * (1.0 + SLACK), HALF_TURN))

@@ -28,6 +28,10 @@ from testbed.geometry.vectors import Bool, Float, Int, norm
 ROUNDING = 2.0**-53
 #: What a bound is enlarged by for the rounding of the few operations since its coefficients.
 SLACK = 16.0 * ROUNDING
+#: Half a turn rounded up: no angle between vectors is larger.
+HALF_TURN = float(np.nextafter(np.pi, 4.0))
+#: Angles whose rounding is above this are not taken for what they are computed as.
+SHORT = 1e-7
 #: Intervals between the first samples of an edge.
 FIRST = 4
 
@@ -59,9 +63,7 @@ class NormalPairs:
         """Pair normals along the left and, the same way, along the right sides of edges."""
         with np.errstate(invalid="ignore", over="ignore"):  # not finite stays so
             cosine, sine = multiply_dot(left.normals, right.normals), multiply_cross(left.normals, right.normals)
-            # differences, products, weights and sums: (28 + 1.5 n) sqrt(3) roundings of at most the scale each for
-            # derivatives, of which rational normals have some more
-            error = 8.0 * (len(cosine) + 15.0) * ROUNDING * left.scale * right.scale
+            error = _error(len(cosine), left.scale, right.scale)
         return cls(left, right, cosine, sine, error)
 
     def __len__(self) -> int:
@@ -70,6 +72,10 @@ class NormalPairs:
     def __getitem__(self, chosen: Int | Bool) -> Self:
         parts = (self.left[chosen], self.right[chosen])
         return type(self)(*parts, self.cosine[:, chosen], self.sine[:, :, chosen], self.error[chosen])
+
+    def halves(self) -> Self:
+        """The first halves of all edges, and then the second halves."""
+        return self.of(self.left.halves(), self.right.halves())
 
     @property
     def regular(self) -> Bool:
@@ -89,13 +95,15 @@ class NormalPairs:
         """
         rows: Int | slice = slice(None) if row is None else row
         weights = basis(len(self.cosine) - 1, t)
-        sine, cosine = combine(weights, self.sine[:, :, rows]), combine(weights, self.cosine[:, rows])
-        sine = norm(np.moveaxis(sine, 0, -1))
-        angle, length, error = np.arctan2(sine, cosine), np.hypot(sine, cosine), 4.0 * self.error[rows]
         # the error of evaluation is below that of the coefficients, whose scale it has
-        with np.errstate(divide="ignore", invalid="ignore"):
-            rounding = np.where(length > error, error / length, np.pi) + 8.0 * ROUNDING
-        return np.where(length == 0.0, np.nan, angle), rounding
+        return _angles(
+            combine(weights, self.sine[:, :, rows]), combine(weights, self.cosine[:, rows]), self.error[rows]
+        )
+
+    def end_angles(self, end: int) -> tuple[Float, Float]:
+        """Angles (E,) at the beginning (0) or the end (-1), and bounds (E,) of their rounding."""
+        error = _error(len(self.cosine), self.left.end_scale(end), self.right.end_scale(end))
+        return _angles(self.sine[end], self.cosine[end], error)
 
     def shared(self) -> Bool:
         """(E,) true where both sides have the same derivative along the edge to the last bit."""
@@ -129,7 +137,8 @@ class NormalPairs:
         """Delta = det(H', F, G), (m + p + q + 1, E), of patches with a common boundary curve."""
         if self.right.across is None:
             raise TypeError("rational patches have no derivatives that are polynomials: use general_factor")
-        return multiply_dot(self.left.normals, self.right.across)
+        # derivatives along and into the right patches are both turned round there
+        return -multiply_dot(self.left.normals, self.right.across)
 
     def reduced_factor(self) -> Float:
         """Q of patches with a common boundary curve: degree 5 m + 2 p + 2 q - 2 for H' of degree m, F of p, G of q.
@@ -158,16 +167,37 @@ class NormalPairs:
         least = self.cosine - self.error
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = np.arctan(((norm(np.moveaxis(self.sine, 1, -1)) + self.error) / least).max(axis=0))
-        return np.where((least > 0.0).all(axis=0), bound * (1.0 + SLACK), np.pi)
+        return np.where((least > 0.0).all(axis=0), bound * (1.0 + SLACK), HALF_TURN)
 
     def sampled(self) -> tuple[Float, Float, Float]:
         """Largest angle (E,) of even samples, ends included, its place (E,) and rounding (E,); NaN if one is."""
-        angle, rounding = self.angles(np.zeros(1))
+        angle, rounding = self.end_angles(0)
         t = np.zeros(len(self))
         for place in np.arange(1, FIRST + 1) / FIRST:
-            other, its_rounding = self.angles(np.full(1, place))
+            other, its_rounding = self.angles(np.full(1, place)) if place < 1.0 else self.end_angles(-1)
             # once NaN, always NaN
-            larger = (other > angle) | np.isnan(other)
+            larger = (merit(other, its_rounding) > merit(angle, rounding)) | np.isnan(other)
             angle, rounding = np.where(larger, other, angle), np.where(larger, its_rounding, rounding)
             t[larger] = place
         return angle, t, rounding
+
+
+def _error(count: int, left: Float, right: Float) -> Float:
+    """Bound of the rounding in N and in V with so many coefficients, from the scales of the normals' (E,)."""
+    # differences, products, weights and sums: (28 + 1.5 n) sqrt(3) roundings of at most the scale each for derivatives,
+    # of which rational normals have some more
+    return 8.0 * (count + 15.0) * ROUNDING * left * right
+
+
+def _angles(sine: Float, cosine: Float, error: Float) -> tuple[Float, Float]:
+    """Angles (K,) from V (3, K) and N (K,), and their rounding from that in these (K,); NaN where both are zero."""
+    length = norm(sine.T)
+    angle, length = np.arctan2(length, cosine), np.hypot(length, cosine)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rounding = np.where(length > 4.0 * error, 4.0 * error / length, HALF_TURN) + 8.0 * ROUNDING
+    return np.where(length == 0.0, np.nan, angle), rounding
+
+
+def merit(angle: Float, rounding: Float) -> Float:
+    """What candidates compare by: the angle, less its rounding where a normal is so short that rounding matters."""
+    return np.where(rounding < SHORT, angle, angle - rounding)

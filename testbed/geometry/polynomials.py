@@ -159,13 +159,13 @@ def _only_root(p: Float) -> Float:
     late = (middle < 0.0) == (p[0] < 0.0)
     c = scaled(np.where(late, p[::-1], p))
     c *= np.where(c[0] < 0.0, -1.0, 1.0)
-    # positive at low, not positive at high
+    # positive at low, or zero as at a root at the end that is not the one sought; negative at high
     low, high, row = np.zeros(p.shape[1]), np.ones(p.shape[1]), np.arange(p.shape[1])
     end = c.sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):  # where p is tiny the quotients may be 0/0: bisection then
         r = c[0] / (c[0] - end)
     root = np.empty(p.shape[1])
-    r = np.where((r >= 0.0) & (r <= 1.0), r, 0.5)
+    r = np.where((r > 0.0) & (r <= 1.0), r, 0.5)
     for _ in range(STEPS):
         value, slope = c[-1].copy(), np.zeros_like(r)
         for coefficient in c[-2::-1]:
@@ -173,7 +173,7 @@ def _only_root(p: Float) -> Float:
             slope += value
             value *= r
             value += coefficient
-        low, high = np.where(value > 0.0, r, low), np.where(value > 0.0, high, r)
+        low, high = np.where(value >= 0.0, r, low), np.where(value >= 0.0, high, r)
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             following = r - value / slope
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))

@@ -9,6 +9,7 @@ import numpy as np
 from testbed.geometry.domain import side_points
 from testbed.geometry.edges import PatchEdges
 from testbed.geometry.normal_jump import normal_jumps
+from testbed.geometry.normal_pairs import HALF_TURN
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Int
 from testbed.measures.continuity import interior_edges
@@ -72,8 +73,8 @@ def largest_angle(surface: Surface, edges: PatchEdges) -> tuple[Extremum, float,
                 column[rows] = values
             settled[rows] = jumps.settled
 
-    # no angle is above pi: first bounds only
-    solve(np.arange(len(edges)), np.pi)
+    # no angle is above half a turn: first bounds only
+    solve(np.arange(len(edges)), HALF_TURN)
     angle, t, low, high = found
     for count in (FIRST, len(edges)):
         # false for NaN, which nothing exceeds
