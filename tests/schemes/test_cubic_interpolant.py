@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from testbed import registry
+from testbed.errors import SpecError
 from testbed.geometry import curvature
 from testbed.geometry.bernstein import elevate_triangle
 from testbed.geometry.domain import CORNERS, lattice
@@ -11,7 +12,7 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.nets import CENTRE
 from testbed.geometry.vectors import Float, angle_between, dot, norm
 from testbed_schemes.boundary_curves.planar import Planar
-from testbed_schemes.cubic_interpolant import CubicInterpolant, centre_points
+from testbed_schemes.cubic_interpolant import CubicInterpolant, centre_planes, centre_points
 from testbed_schemes.mathematics.quadratic_precision import quadratic_precision_centre
 
 
@@ -49,6 +50,43 @@ def test_the_published_curvature_of_the_refined_octahedron() -> None:
     K = gauss("octahedron", 1, 60)
     assert K.max() == pytest.approx(1.08, abs=0.005)
     assert K.min() == pytest.approx(0.98, abs=0.005)
+
+
+def test_centres_within_reach_keep_patches_from_folding_near_parabolic_lines() -> None:
+    # at one corner of this face the normal is almost in the plane of the two others'
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    normals = np.array([[0.3, 0.0, 1.0], [-0.3, 0.0, 1.0], [0.05, 1e-3, 1.0]])
+    normals /= norm(normals)[:, None]
+    forms = np.einsum("v,vij->vij", [0.5, 0.6, -0.4], np.eye(3) - normals[:, :, None] * normals[:, None, :])
+    mesh = HermiteMesh(points, np.array([[0, 1, 2]]), normals, forms)
+    at = lattice(3, 20)
+    astray, limited = (scheme.fit(mesh) for scheme in (CubicInterpolant(), CubicInterpolant(reach=0.2)))
+    upright = np.array([0.0, 0.0, 1.0])
+    assert dot(astray.batches[0].jets(at).normal, upright).min() < -0.9
+    assert dot(limited.batches[0].jets(at).normal, upright).min() > 0.8
+    assert limited.notes["centres out of reach"] == 1
+    net = limited.batches[0].control_points[0]  # type: ignore[attr-defined]
+    moved = net[CENTRE] - quadratic_precision_centre(net[None])[0]
+    assert norm(moved[:2]) == pytest.approx(0.2 * np.sqrt(0.5), rel=1e-9)
+    # of all points as far along the plane, none is nearer to the three planes
+    normal, height = (rows[0] for rows in centre_planes(mesh, net[None], slice(None), net[None, CENTRE] - moved))
+    angle = np.linspace(0.0, 2.0 * np.pi, 721)
+    around = norm(moved[:2]) * np.stack([np.cos(angle), np.sin(angle)])
+    rest = height[:, None] - normal[:, :2] @ around
+    heights = normal[:, 2] @ rest / (normal[:, 2] @ normal[:, 2])
+    miss = norm((rest - normal[:, 2:] * heights).T)
+    assert norm(normal @ moved - height) <= miss.min() * (1.0 + 1e-9)
+
+
+def test_reach_changes_nothing_where_centres_are_within_it_and_is_positive() -> None:
+    mesh = registry.dataset("ellipsoid").mesh(2)
+    free, limited = (
+        scheme.fit(mesh).batches[0].jets(lattice(3, 3)).f
+        for scheme in (CubicInterpolant(), CubicInterpolant(reach=0.2))
+    )
+    assert np.array_equal(free, limited)
+    with pytest.raises(SpecError, match="reach"):
+        CubicInterpolant(reach=0.0)
 
 
 def test_the_centre_lies_on_the_three_planes_of_the_mixed_partials() -> None:
