@@ -56,7 +56,7 @@ def test_certified_extremes_against_sampled_ones(benchmark: BenchmarkFixture, sc
     patches = surface.patch_count
     print(  # noqa: T201 - the measured ratio is what a benchmark is for
         f"\n{scheme} on {len(surface.mesh.faces)} faces, {patches} patches: certified / sampled "
-        f"{certified / sampled:.2f} ({certified / patches * 1e6:.0f} microseconds a patch), relative gap {max(gaps):.1e}"
+        f"{certified / sampled:.2f} ({certified / patches * 1e6:.0f} µs a patch), relative gap {max(gaps):.1e}"
     )
     assert max(gaps) <= 1e-6
     assert certified <= 20.0 * sampled
