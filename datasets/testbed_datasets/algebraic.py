@@ -22,7 +22,7 @@ SHORTEST_SIDE: Final = 1e-3
 #: Coordinates of a box lie between these.
 SMALLEST, LARGEST = 1e-12, 1e12
 #: Cells along the longest side, at most and as advised.
-MOST_CELLS, TRIED_CELLS = 64, (5, 6, 8, 10, 12, 16, 24, 32)
+MOST_CELLS, TRIED_CELLS = 64, (5, 6, 8, 12, 16)
 #: As much of a polynomial is repeated in a message.
 SHOWN: Final = 60
 
@@ -146,7 +146,7 @@ class Algebraic(Dataset):
                 except Refused:
                     continue
                 return f"take cells={cells}"
-        return f"take another box, up to {TRIED_CELLS[-1]} cells are too few"
+        return f"take another box or many more cells, {max(TRIED_CELLS[-1], self.cells)} are too few"
 
     @property
     def _what(self) -> str:

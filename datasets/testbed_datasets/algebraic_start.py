@@ -146,7 +146,7 @@ def start_mesh(surface: AlgebraicSurface, cells: int, what: str) -> tuple[Float,
         if bad.any():
             face = int(np.argmax(bad)) // 4**level  # the face of level 0 that it came from
             where = place(mesh.points[mesh.faces[face]].mean(axis=0))
-            raise TooCoarse(f"{what} bends too much for {cells} cells near {where}")
+            raise TooCoarse(f"{what} bends too much for {cells} cells, or along a side of the box, near {where}")
     return mesh.points, mesh.faces
 
 

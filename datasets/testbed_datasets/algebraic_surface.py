@@ -228,7 +228,7 @@ class AlgebraicSurface(LevelSet):
         middle, radius = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
         low, high = middle - radius, middle + radius
         flat = np.hypot(slope_first, slope_second) <= 1e-13 * self.size
-        definite = (low > UNRELIABLE * high) | (flat & (low >= -UNRELIABLE * np.abs(high)))
+        definite = (low > UNRELIABLE * high) | (flat & (low >= -UNRELIABLE * np.maximum(np.abs(high), 1.0)))
         floor = SINGULAR * np.maximum(np.maximum(np.abs(low), np.abs(high)), 1e-300)
         low_modulus, high_modulus = np.maximum(np.abs(low), floor), np.maximum(np.abs(high), floor)
         # |H| = slope H + shift I has the eigenvalues |low|, |high|, neither too near to zero

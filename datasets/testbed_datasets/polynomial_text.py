@@ -93,9 +93,10 @@ class _Reader:
         after_value, signs, last = False, 0, 0
         opened: list[int] = []
         for match in _TOKEN.finditer(self.text.replace("\n", " ")):
-            kind, word, last = match.lastgroup or "", match.group(), match.start()
+            kind, word = match.lastgroup or "", match.group()
             if kind == "space":
                 continue
+            last = match.start()
             self._check_place(kind, word, last, after_value=after_value)
             opened += [last] if word == "(" else []
             if word == ")":
