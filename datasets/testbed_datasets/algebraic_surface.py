@@ -228,12 +228,13 @@ class AlgebraicSurface(LevelSet):
         middle, radius = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
         low, high = middle - radius, middle + radius
         flat = np.hypot(slope_first, slope_second) <= 1e-13 * self.size
-        definite = (low > UNRELIABLE * high) | (flat & (low >= -UNRELIABLE * np.maximum(np.abs(high), 1.0)))
-        floor = SINGULAR * np.maximum(np.maximum(np.abs(low), np.abs(high)), 1e-300)
+        size = np.maximum(np.maximum(np.abs(low), np.abs(high)), 1.0)
+        regular = low > UNRELIABLE * size
+        definite = regular | (flat & (low >= -UNRELIABLE * size))
+        floor = SINGULAR * size
         low_modulus, high_modulus = np.maximum(np.abs(low), floor), np.maximum(np.abs(high), floor)
         # |H| = slope H + shift I has the eigenvalues |low|, |high|, neither too near to zero
-        regular = (low > UNRELIABLE * high) | (radius == 0.0)
-        slope = np.where(regular, 1.0, (high_modulus - low_modulus) / (2.0 * radius))
+        slope = np.where(regular | (radius == 0.0), 1.0, (high_modulus - low_modulus) / (2.0 * radius))
         shift = np.where(regular, 0.0, low_modulus - slope * low)
         A, B, C = slope * a + shift, slope * b, slope * c + shift
         determinant = A * C - B * B
@@ -243,9 +244,9 @@ class AlgebraicSurface(LevelSet):
         saddle = flat & ~definite
         longer = np.abs(low - a) > np.abs(low - c)
         off_first, off_second = np.where(longer, b, low - c), np.where(longer, low - a, b)
-        size = 0.25 * self.spacing / np.maximum(np.hypot(off_first, off_second), 1e-300)
-        along_first = np.where(saddle, off_first * size, along_first)
-        along_second = np.where(saddle, off_second * size, along_second)
+        away_by = 0.25 * self.spacing / np.maximum(np.hypot(off_first, off_second), 1e-300)
+        along_first = np.where(saddle, off_first * away_by, along_first)
+        along_second = np.where(saddle, off_second * away_by, along_second)
         still = definite & flat & ~regular  # centres of curvature: any direction is as good as none
         step = along_first[:, None] * first + along_second[:, None] * second
         return np.where(still[:, None], 0.0, step), definite
