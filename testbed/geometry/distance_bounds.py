@@ -26,6 +26,8 @@ from testbed.geometry.vectors import Bool, Float, dot, norm
 ORDER = 4
 #: A lower bound of at least this part of |g| / |grad g| needs no foot to be improved.
 CLOSE = 0.9
+#: How far lower bounds are sought, in units of |g| / |grad g|.
+REACHES = (2.0, 1.0, 0.5)
 #: Patches bounded at once, so that all that belongs to them stays in the processor's cache.
 BLOCK = 512
 
@@ -90,9 +92,8 @@ def distance_bounds(exact: ExactSurface, nets: PatchNets) -> DistanceBounds:
             result[:, some] = _bounds_of_block(exact, nets.take(some))
     low, high, seen, noise = result
     # written so that NaN is no bound
-    return DistanceBounds(
-        np.where(low > 0.0, low, 0.0), np.where(high >= 0.0, high, np.inf), np.where(seen > low, seen, low), noise
-    )
+    low, high = np.where(low > 0.0, low, 0.0), np.where(high >= 0.0, high, np.inf)
+    return DistanceBounds(low, high, np.where(seen > low, seen, low), noise)
 
 
 def _bounds_of_block(exact: ExactSurface, nets: PatchNets) -> Float:
@@ -212,19 +213,20 @@ def _nearest_zero(about: Expansion) -> Float:
     finite: Bool = np.asarray(np.isfinite(about.hessian).all(axis=(1, 2)))
     forms = np.where(finite[:, None, None], sign[:, None, None] * about.hessian, 0.0)
     bend = np.linalg.eigvalsh(forms)[:, 0]
-    # to twice the first-order distance: far enough for any that it is good for
-    reach = np.where(steep > 0.0, 2.0 * np.abs(value) / steep, 0.0)
-    # the order of the expansion may be above 2: its terms above are part of the gradient's remainder
-    around = np.repeat(reach[:, None], 3, axis=1)
-    value_size, gradient_size = about.magnitudes(around)
-    left = about.gradient_remainder(around) * reach * (1.0 + 1e-12)
-    # rounding of g, grad g and H, and of the eigenvalue
-    rounding = 4.0 * (about.operations + 8) * EPSILON * (value_size + gradient_size * reach)
-    known = np.maximum(np.abs(value) - left - rounding, 0.0)
-    root = steep**2 - 2.0 * bend * known
-    t = np.where(root >= 0.0, 2.0 * known / (steep + np.sqrt(np.maximum(root, 0.0))), np.inf)
-    low: Float = np.where(finite, np.minimum(t, reach) * (1.0 - 16.0 * EPSILON), 0.0)
-    return low
+    low = np.zeros(len(value))
+    # each within a reach, in first-order distances: what holds near by is sharper
+    for factor in REACHES:
+        reach = np.where(steep > 0.0, factor * np.abs(value) / steep, 0.0)
+        around = np.repeat(reach[:, None], 3, axis=1)
+        value_size, gradient_size = about.magnitudes(around)
+        left = about.gradient_remainder(around) * reach * (1.0 + 1e-12)
+        # rounding of g, grad g and H, and of the eigenvalue
+        rounding = 4.0 * (about.operations + 8) * EPSILON * (value_size + gradient_size * reach)
+        known = np.maximum(np.abs(value) - left - rounding, 0.0)
+        root = steep**2 - 2.0 * bend * known
+        t = np.where(root >= 0.0, 2.0 * known / (steep + np.sqrt(np.maximum(root, 0.0))), np.inf)
+        low = np.fmax(low, np.minimum(t, reach) * (1.0 - 16.0 * EPSILON))
+    return np.where(finite, low, 0.0)
 
 
 def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, Float, Float]:
@@ -232,6 +234,11 @@ def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, 
     foot = np.full(centre.shape, np.nan)
     known = np.isfinite(points).all(axis=(1, 2))
     foot[known] = exact.closest(centre[known])
+    near = norm(centre - foot)
+    # any foot bounds the distance from above: that of a corner where the centre has none
+    missing = known & ~np.isfinite(foot).all(axis=1)
+    if missing.any():
+        foot[missing] = exact.closest(points[missing, 0])
     known = np.isfinite(foot).all(axis=1)
     scale = np.maximum(np.abs(points).max(axis=(1, 2)), np.abs(foot).max(axis=1))
     rounding = 64.0 * EPSILON * scale
@@ -255,4 +262,4 @@ def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, 
         inside = bend < 1.0
         sphere = np.where(inside, bend * sideways / (1.0 + np.sqrt(np.where(inside, 1.0 - bend**2, 0.0))), np.inf)
         high = np.fmin(high, above + sphere * (1.0 + 64.0 * EPSILON))
-    return norm(centre - foot) - rounding, high + rounding, 2.0 * rounding
+    return near - rounding, high + rounding, 2.0 * rounding

@@ -4,7 +4,6 @@ Patches are quartered where their bounds do not suffice, all at once, round by r
 not missed: the bounds are of whole patches (:mod:`testbed.geometry.distance_bounds`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,7 +65,8 @@ def face_distances(
     aim = Aim(tolerance, 0.0, threshold)
     low, high = np.zeros((2, faces))
     for batch, group in zip(surface.batches, (part.faces for part in surface.parts), strict=True):
-        part_low, part_high = bounds_by_group(exact, batch, group, faces, aim, low)
+        pieces = max(PIECES, PIECES_A_PATCH * len(batch))
+        part_low, part_high = bounds_by_group(exact, batch, group, faces, aim, low, pieces)
         low, high = np.maximum(low, part_low), np.maximum(high, part_high)
     return FaceDistances(low, high)
 
@@ -116,7 +116,7 @@ def _slack(points: Float) -> Float:
 
 
 def bounds_by_group(
-    exact: ExactSurface, batch: PatchBatch, group: Int, groups: int, aim: Aim, known: Float
+    exact: ExactSurface, batch: PatchBatch, group: Int, groups: int, aim: Aim, known: Float, pieces: int
 ) -> tuple[Float, Float]:
     """Bound the largest distances of groups of patches.
 
@@ -127,6 +127,8 @@ def bounds_by_group(
     known
         (G,) distances that the groups are known or supposed to reach elsewhere: no work is done on pieces that are
         nearer. The upper bounds hold whether or not this is so.
+    pieces
+        Most pieces of patches whose bounds are computed, if there are not more patches.
 
     Returns
     -------
@@ -139,7 +141,7 @@ def bounds_by_group(
         np.maximum.at(high, group, np.inf)
         return low, high
     known = known.copy()
-    left = max(PIECES, PIECES_A_PATCH * len(batch))
+    left = pieces
     for round_ in range(ROUNDS + 1):
         bounds = distance_bounds(exact, nets)
         left -= len(nets)
@@ -171,18 +173,28 @@ def quartered(nets: PatchNets) -> PatchNets:
     return PatchNets(nets.basis, points, np.repeat(slack, 4))
 
 
-def largest_distance(surface: Surface, exact: ExactSurface, aim: Aim, supposed: float = 0.0) -> tuple[float, float]:
+def largest_distance(
+    surface: Surface, exact: ExactSurface, aim: Aim, farthest: Float | None = None, pieces: int = PIECES
+) -> tuple[float, float]:
     """Bound the largest distance of a whole surface to the exact one.
 
     Parameters
     ----------
-    supposed
-        A distance that the surface reaches, as far as is known: no work is done on what is nearer.
+    farthest
+        A point (3,) of the surface, to rounding, that is as far away as any that is known: no work is done on what is
+        nearer. None if there is none.
+    pieces
+        Most pieces of the patches of each part whose bounds are computed.
     """
-    low, high = 0.0, 0.0
-    parts: Sequence[PatchBatch] = surface.batches
-    for batch in parts:
+    low, high, supposed = 0.0, 0.0, 0.0
+    if farthest is not None:
+        # a patch of degree 0; evaluation rounds
+        slack = 64.0 * EPSILON * np.abs(farthest).max(keepdims=True)
+        there = distance_bounds(exact, PatchNets(BernsteinBasis((0,)), farthest[None, None], slack))
+        low, supposed = float(there.low[0]), float(there.seen[0])
+    for batch in surface.batches:
         known = np.array([max(low, supposed)])
-        one_low, one_high = bounds_by_group(exact, batch, np.zeros(len(batch), dtype=np.int64), 1, aim, known)
+        group = np.zeros(len(batch), dtype=np.int64)
+        one_low, one_high = bounds_by_group(exact, batch, group, 1, aim, known, pieces)
         low, high = float(np.maximum(low, one_low[0])), float(np.maximum(high, one_high[0]))
     return low, high
