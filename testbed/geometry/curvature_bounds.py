@@ -27,7 +27,7 @@ TOLERANCE = 1e-6
 ROUNDS = 48
 #: Pieces that are cut for each of the two curvatures at most: so many, and so many a patch, of a surface as a whole and
 #: of patches each by itself.
-CUTS, CUTS_OF_SURFACE, CUTS_OF_PATCHES = 2_000, 16, 200
+CUTS, CUTS_OF_SURFACE, CUTS_OF_PATCHES = 10_000, 16, 200
 #: Patches that are first bounded at once, and products of their coefficients, at most, so that these stay in the cache.
 BLOCK, PRODUCTS = 256, 1_000_000
 #: Powers of m.m that the numerators of K and of H are divided by, and how the two scale with length.
