@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.geometry.charted import ChartedMesh
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Float, Int
 from testbed.plugins.dataset import Dataset
 from testbed_datasets.halving import halved, straight
+from testbed_datasets.height_charts import charted_graph
 from testbed_datasets.height_field import HeightField
 from testbed_datasets.parameters import finite
 
@@ -60,6 +62,10 @@ class Graph(Dataset):
         plane, faces = halved(*crooked_grid(), level, name=self.name, middle=straight)
         surface = self.surface
         return surface.sample(surface.over(plane), faces)
+
+    def charted(self) -> ChartedMesh:
+        """Return level 0 in the chart (x, y): refined meshes keep the boundary, and patches follow it."""
+        return charted_graph(self.surface, *crooked_grid())
 
     @property
     def surface(self) -> HeightField:

@@ -16,6 +16,7 @@ from testbed.geometry.vectors import as_float, norm
 from testbed.plugins.dataset import Dataset
 from testbed_datasets.bicubic_spline import BicubicSpline
 from testbed_datasets.halving import check_level
+from testbed_datasets.height_charts import boundary_sides
 from testbed_datasets.offset_charts import OffsetSpline
 from testbed_datasets.parameters import finite
 from testbed_datasets.principal_bounds import Peak, bounded_extremes, highest_place
@@ -91,9 +92,8 @@ class Offset(Dataset):
         lower = np.stack([here, right, np.where(rising, across, up)], axis=-1)
         upper = np.stack([np.where(rising, here, right), across, up], axis=-1)
         faces = np.stack([lower, upper], axis=1).reshape(-1, 3)
-        ends = at[np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)]  # (F, 3, 2 ends, 2)
-        on_boundary = (ends[:, :, 0] == ends[:, :, 1]) & ((ends[:, :, 0] == 0.0) | (ends[:, :, 0] == BASE.cells))
-        return ChartedMesh(charts, faces, np.zeros(len(faces), np.int64), at[faces], on_boundary.any(axis=2))
+        chart = np.zeros(len(faces), dtype=np.int64)
+        return ChartedMesh(charts, faces, chart, at[faces], boundary_sides(faces))
 
     def mesh(self, level: int) -> HermiteMesh:
         """Return the mesh of a level, halved in the parameters; Refused if there is none."""

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 
+from testbed.geometry.charted import ChartedMesh
 from testbed.geometry.mesh import HermiteMesh
 from testbed.plugins.dataset import Dataset
 from testbed.plugins.scheme import Shape
 from testbed_datasets.graph import crooked_grid
 from testbed_datasets.halving import halved, straight
+from testbed_datasets.height_charts import charted_graph
 from testbed_datasets.height_field import HeightField
 from testbed_datasets.parameters import finite
 
@@ -40,6 +42,10 @@ class Plane(Dataset):
         """Return the mesh of a level, halved in the plane; Refused if there is none."""
         flat, faces = halved(*crooked_grid(), level, name=self.name, middle=straight)
         return self.surface.sample(self.surface.over(flat), faces)
+
+    def charted(self) -> ChartedMesh:
+        """Return level 0 in the chart (x, y): refined meshes keep the boundary, and patches follow it."""
+        return charted_graph(self.surface, *crooked_grid())
 
     @property
     def surface(self) -> HeightField:
