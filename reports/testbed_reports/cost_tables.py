@@ -1,10 +1,7 @@
 """Tables 5.2 and 5.3 of the thesis, storage and evaluation of S-patches and of cubic triangles, next to our counts."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from types import MappingProxyType
-from typing import Final
 
 from testbed.errors import TestbedError
 from testbed.geometry.costs import PatchCost, SurfaceCost, network_cost, shared_cubic_points
@@ -12,13 +9,7 @@ from testbed.geometry.network_charts import NetworkCharts
 from testbed.geometry.spline_network import SplineNetwork
 from testbed.plugins.dataset import Dataset
 from testbed_reports.published import rounds_to
-
-#: Why a number here is another than the printed one.
-STEPS: Final = (
-    "a triangle of degree 6 has 28 control points; 56 is the number of combinations in a de Casteljau evaluation"
-)
-TOTAL: Final = "the printed sum takes 56 control points for each of the four triangles, which have 28"
-RATIO: Final = "4.2 is the value of the branch; the table's own numbers give 1379 / 462"
+from testbed_reports.published_table import DerivedFigure, Source, published_table
 
 
 @dataclass(frozen=True)
@@ -56,82 +47,6 @@ class CostRow:
         return f"about {Decimal(self.printed):.0f}" if "E" in self.printed else self.printed
 
 
-@dataclass(frozen=True)
-class PrintedTable:
-    """What the thesis prints about a surface.
-
-    Parameters
-    ----------
-    triangles
-        Cubic triangles of its approximation.
-    numbers
-        Printed numbers by patches and quantity.
-    explanations
-        Explanations by the same, where the printed number is not ours.
-    """
-
-    triangles: int
-    numbers: Mapping[tuple[str, str], str]
-    explanations: Mapping[tuple[str, str], str]
-
-
-BRANCH: Final = PrintedTable(
-    238,
-    MappingProxyType(
-        {
-            ("4 sides, depth 3", "patches"): "20",
-            ("4 sides, depth 3", "control points of one"): "20",
-            ("4 sides, depth 3", "relative cost of a point"): "2",
-            ("5 sides, depth 6", "patches"): "4",
-            ("5 sides, depth 6", "control points of one"): "210",
-            ("5 sides, depth 6", "relative cost of a point"): "42",
-            ("S-patches", "control points"): "1240",
-            ("S-patches", "control points, shared"): "1.0E+3",
-            ("S-patches", "cost of the surface"): "1000",
-            ("cubic triangles", "control points of one"): "10",
-            ("cubic triangles", "control points"): "2380",
-            ("cubic triangles", "control points, shared"): "1.1E+3",
-            ("cubic triangles", "cost of the surface"): "238",
-            ("S-patches / cubic triangles", "cost"): "4.2",
-            ("cubic triangles / S-patches", "triangles"): "2.4",
-        }
-    ),
-    MappingProxyType({}),
-)
-RING: Final = PrintedTable(
-    462,
-    MappingProxyType(
-        {
-            ("3 sides, depth 6", "patches"): "4",
-            ("3 sides, depth 6", "control points of one"): "56",
-            ("3 sides, depth 6", "relative cost of a point"): "5.6",
-            ("4 sides, depth 3", "patches"): "31",
-            ("4 sides, depth 3", "control points of one"): "20",
-            ("4 sides, depth 3", "relative cost of a point"): "2",
-            ("6 sides, depth 6", "patches"): "2",
-            ("6 sides, depth 6", "control points of one"): "462",
-            ("6 sides, depth 6", "relative cost of a point"): "92",
-            ("S-patches", "control points"): "1768",
-            ("S-patches", "cost of the surface"): "1379",
-            ("cubic triangles", "control points of one"): "10",
-            ("cubic triangles", "control points"): "4620",
-            ("cubic triangles", "cost of the surface"): "462",
-            ("S-patches / cubic triangles", "cost"): "4.2",
-            ("cubic triangles / S-patches", "triangles"): "3",
-        }
-    ),
-    MappingProxyType(
-        {
-            ("3 sides, depth 6", "control points of one"): STEPS,
-            ("S-patches", "control points"): TOTAL,
-            ("S-patches / cubic triangles", "cost"): RATIO,
-        }
-    ),
-)
-#: By the dataset's name; nothing else is printed.
-PRINTED: Final[Mapping[str, PrintedTable]] = MappingProxyType({"branch": BRANCH, "ring": RING})
-
-
 def network_of(dataset: Dataset) -> SplineNetwork:
     """Return the S-patches that a dataset is sampled from; TestbedError if it is not."""
     charted = dataset.charted()
@@ -155,18 +70,27 @@ def cost_rows(dataset: Dataset, triangles: int | None = None) -> tuple[CostRow, 
     TestbedError
         The dataset is no network of S-patches.
     """
-    network = network_of(dataset)
-    cost, printed = network_cost(network), PRINTED.get(str(dataset))
+    network, printed = network_of(dataset), printed_triangles(str(dataset))
+    cost = network_cost(network)
     if triangles is None:
-        triangles = cost.triangles if printed is None else printed.triangles
-    elif printed is not None and triangles != printed.triangles:
-        printed = None  # another approximation than the printed one
+        triangles = cost.triangles if printed is None else printed
     numbers = {**_patches(cost), **_triangles(triangles, shared_cubic_points(network, triangles), cost)}
-    table = printed or PrintedTable(triangles, {}, {})
+    figures = {} if triangles != printed else {(one.patches, one.column): one for one in _of(str(dataset), "cost")}
     return tuple(
-        CostRow(*key, measured, table.numbers.get(key, ""), table.explanations.get(key, ""))
+        CostRow(*key, measured, figures[key].printed, figures[key].explanation)
+        if key in figures
+        else CostRow(*key, measured)
         for key, measured in numbers.items()
     )
+
+
+def printed_triangles(dataset: str) -> int | None:
+    """Return how many triangles the published approximation of a dataset has, or None if none is published."""
+    return next((int(one.printed) for one in _of(dataset, "approximation") if one.column == "faces"), None)
+
+
+def _of(dataset: str, source: Source) -> list[DerivedFigure]:
+    return [one for one in published_table().derived if (one.dataset, one.source) == (dataset, source)]
 
 
 def _patches(cost: SurfaceCost) -> dict[tuple[str, str], float]:

@@ -7,20 +7,16 @@ row more there. The measured side is never written down: :func:`published_plan` 
 
 import csv
 import dataclasses
-import difflib
 import io
 import math
-import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from testbed.errors import SpecError, TestbedError
+from testbed_reports.published_table import ALL, DataStatus, Figure
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,63 +26,8 @@ if TYPE_CHECKING:
 
 #: What the comparison is called in a results directory.
 NAME: Final = "published.csv"
-#: In place of a paper: all of them.
-ALL: Final = "all"
-
-#: Where the data come from: see the head of ``published.toml``.
-DataStatus: TypeAlias = Literal["given", "reconstructed", "lost", "general"]
 #: ``differs`` is a difference with an explanation, ``unexplained`` one without; ``no value``: nothing was measured.
 Agreement: TypeAlias = Literal["agrees", "differs", "unexplained", "no value"]
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A printed number and how it is measured here.
-
-    Parameters
-    ----------
-    paper, place, quantity
-        Where it is printed and what it is.
-    scheme, dataset
-        Texts of the plugins.
-    column
-        Column of the results.
-    printed
-        As printed, a decimal number; its last digit says how far it can be compared.
-    data
-        Where the data come from.
-    level
-        Level of the dataset; None for the order of convergence of ``column`` over all its levels.
-    explanation
-        Why ours is another number; empty where they agree.
-    """
-
-    paper: str
-    place: str
-    quantity: str
-    scheme: str
-    dataset: str
-    column: str
-    printed: str
-    data: DataStatus
-    level: int | None = None
-    explanation: str = ""
-
-
-@dataclass(frozen=True)
-class PublishedTable:
-    """All published figures.
-
-    Parameters
-    ----------
-    citations
-        Paper to citation.
-    figures
-        The figures, in the file's order.
-    """
-
-    citations: Mapping[str, str]
-    figures: tuple[Figure, ...]
 
 
 @dataclass(frozen=True)
@@ -136,62 +77,6 @@ class PublishedRow:
         if self.measured.is_integer():
             return f"{self.measured:.0f}"
         return f"{self.measured:.{digits}f}" if abs(self.measured) >= 10.0**-digits else f"{self.measured:.3g}"
-
-
-@cache
-def published_table() -> PublishedTable:
-    """Return the published figures of ``published.toml``.
-
-    Raises
-    ------
-    TestbedError
-        A row of the file is not a figure; the message names the row.
-    """
-    return parse_table(files("testbed_reports").joinpath("published.toml").read_text("utf-8"))
-
-
-def parse_table(text: str) -> PublishedTable:
-    """Return the figures of a table in the format of ``published.toml``; TestbedError for a row that is none."""
-    content = tomllib.loads(text)
-    citations = {name: str(paper["citation"]) for name, paper in content["papers"].items()}
-    figures = tuple(_figure(number, row, citations) for number, row in enumerate(content["figures"], start=1))
-    return PublishedTable(MappingProxyType(citations), figures)
-
-
-def _figure(number: int, row: Mapping[str, Any], citations: Mapping[str, str]) -> Figure:
-    try:
-        figure = Figure(**row)
-    except TypeError as error:
-        raise TestbedError(f"published figure {number} has other fields than it should: {error}") from error
-    where = f"published figure {number} ({figure.place})"
-    for field in dataclasses.fields(Figure):
-        value = getattr(figure, field.name)
-        expected = int if field.name == "level" else str
-        if not (isinstance(value, expected) or (field.name == "level" and value is None)):
-            raise TestbedError(f"{where}: {field.name} is {value!r}, and should be a {expected.__name__}")
-    if figure.paper not in citations:
-        raise TestbedError(f"{where}: there is no paper {figure.paper!r}: name one of {', '.join(citations)}")
-    if figure.data not in get_args(DataStatus):
-        raise TestbedError(f"{where}: data cannot be {figure.data!r}: give one of {', '.join(get_args(DataStatus))}")
-    try:
-        finite = Decimal(figure.printed).is_finite()
-    except ArithmeticError:
-        finite = False
-    if not finite:
-        raise TestbedError(f"{where}: printed is {figure.printed!r}: give a decimal number in figures")
-    return figure
-
-
-def figures_of(paper: str) -> tuple[Figure, ...]:
-    """Return the figures of a paper, or of all for ``"all"``; SpecError for an unknown paper, with the nearest."""
-    table = published_table()
-    if paper == ALL:
-        return table.figures
-    if paper not in table.citations:
-        near = difflib.get_close_matches(paper, [*table.citations, ALL], n=1)
-        guess = f"did you mean {near[0]}? " if near else ""
-        raise SpecError(f"there are no figures of a paper {paper!r}: {guess}papers are {', '.join(table.citations)}")
-    return tuple(figure for figure in table.figures if figure.paper == paper)
 
 
 def published_plan(figures: Sequence[Figure]) -> "Plan":

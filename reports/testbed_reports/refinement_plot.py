@@ -33,7 +33,7 @@ STEPS: Final = (1, 10)
 #: Directions to the viewer: of closed surfaces from both sides.
 VIEW: Final = (0.72, -0.95, 0.55)
 #: Share of the light that does not depend on the direction of the surface.
-AMBIENT: Final = 0.72
+AMBIENT: Final = 0.85
 #: Edges of the mesh: their colour, width in points, how far before the surface they are drawn, relative to its size.
 LINE_COLOUR: Final = (0.12, 0.12, 0.12)
 LINE_WIDTH: Final = 0.4
@@ -145,7 +145,7 @@ def _views(mesh: HermiteMesh) -> list[Float]:
     """Directions to the viewer: two for a closed surface, one that faces an open one."""
     view = unit(np.array(VIEW))
     if not mesh.boundary_edges.any():
-        return [view, -view * np.array([1.0, 1.0, -1.0])]
+        return [view, -view]
     corners = mesh.corner_points()
     normal = cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]).sum(axis=0)
     size = float(np.abs(normal).max())

@@ -15,14 +15,9 @@ from testbed.cli.tables import wide
 from testbed.errors import TestbedError
 from testbed.harness.results import read_results
 from testbed.harness.run import TIMEOUT
-from testbed_reports.published import (
-    PublishedRow,
-    compare,
-    figures_of,
-    published_plan,
-    published_table,
-    write_published,
-)
+from testbed_reports.derived import compare_derived, measure_derived
+from testbed_reports.published import PublishedRow, compare, published_plan, write_published
+from testbed_reports.published_table import derived_of, figures_of, published_table
 
 _STYLES = {"agrees": "green", "differs": "yellow", "unexplained": "bold red", "no value": "bold red"}
 
@@ -36,16 +31,23 @@ def reproduce_command(paper: str, directory: Path, jobs: int | None, *, as_json:
         1 if a figure was not measured or differs without an explanation, 130 if interrupted, else 0.
     """
     console = wide(stderr=as_json)
-    figures = figures_of(paper)
+    figures, derived = figures_of(paper), derived_of(paper)
     if directory.exists() and not directory.is_dir():
         raise TestbedError(f"{directory} is a file: name a directory with -o")
     planned = published_plan(figures)
-    console.print(f"{len(figures)} published figures: {len(planned.cells)} cells, in {directory}/", markup=False)
+    approximations = {(one.dataset, one.scheme, one.epsilon) for one in derived if one.source == "approximation"}
+    console.print(
+        f"{len(figures) + len(derived)} published figures: {len(planned.cells)} cells and {len(approximations)} "
+        f"approximations, in {directory}/",
+        markup=False,
+    )
     summary = run_with_progress(console, planned, directory, jobs, TIMEOUT, retry_failed=False)
     if summary.interrupted:
         console.print("interrupted: run the same command again to go on from here")
         return 130
-    rows = compare(figures, read_results(directory))
+    with console.status("approximations"):
+        measured = measure_derived(derived, jobs)
+    rows = (*compare(figures, read_results(directory)), *compare_derived(derived, measured))
     written = write_published(directory, rows)
     if as_json:
         records = [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
@@ -96,7 +98,10 @@ def _table(surface: str, rows: list[PublishedRow], notes: dict[str, int], *, hea
 
 def _surface(row: PublishedRow) -> str:
     """What a figure was measured on: ``flat on octahedron, level 0; data given``."""
-    levels = f", level{'s' if ' ' in row.level else ''} {row.level}" if row.level else ""
+    if not row.scheme:
+        return row.dataset
+    bound = row.level.startswith("epsilon")
+    levels = f", {row.level}" if bound else f", level{'s' if ' ' in row.level else ''} {row.level}" if row.level else ""
     return f"{row.scheme} on {row.dataset}{levels}" + ("" if row.data == "general" else f"; data {row.data}")
 
 

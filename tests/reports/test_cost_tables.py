@@ -7,9 +7,10 @@ import pytest
 from testbed import registry
 from testbed.cli.costing import costs_command
 from testbed.errors import TestbedError
-from testbed_reports.cost_tables import BRANCH, RATIO, RING, STEPS, TOTAL, CostRow, PrintedTable, cost_rows
+from testbed_reports.cost_tables import CostRow, cost_rows
+from testbed_reports.published_table import published_table
 
-every_table = pytest.mark.parametrize(("name", "table"), [("branch", BRANCH), ("ring", RING)])
+every_table = pytest.mark.parametrize("name", ["branch", "ring"])
 
 
 def rows_of(name: str, triangles: int | None = None) -> dict[tuple[str, str], CostRow]:
@@ -17,17 +18,15 @@ def rows_of(name: str, triangles: int | None = None) -> dict[tuple[str, str], Co
 
 
 @every_table
-def test_every_printed_number_is_compared(name: str, table: PrintedTable) -> None:
+def test_every_printed_number_is_compared_and_agrees_or_is_explained(name: str) -> None:
+    printed = [one for one in published_table().derived if (one.dataset, one.source) == (name, "cost")]
     rows = rows_of(name)
-    assert set(table.numbers) <= set(rows)
-    assert {key: row.printed for key, row in rows.items() if row.printed} == dict(table.numbers)
-    assert set(table.explanations) <= set(table.numbers)
-
-
-@every_table
-def test_numbers_agree_or_are_explained(name: str, table: PrintedTable) -> None:
-    differing = {key for key, row in rows_of(name).items() if not row.agrees}
-    assert differing == set(table.explanations)
+    assert len(printed) >= 15
+    assert {key: row.printed for key, row in rows.items() if row.printed} == {
+        (one.patches, one.column): one.printed for one in printed
+    }
+    for row in rows.values():
+        assert row.agrees == (not row.explanation)
 
 
 def test_the_branch_is_as_printed() -> None:
@@ -42,13 +41,14 @@ def test_the_branch_is_as_printed() -> None:
 def test_the_ring_has_three_misprints() -> None:
     rows = rows_of("ring")
     expected = {
-        ("3 sides, depth 6", "control points of one"): (28, "56", STEPS),
-        ("S-patches", "control points"): (1656, "1768", TOTAL),
-        ("S-patches / cubic triangles", "cost"): (2.985, "4.2", RATIO),
+        ("3 sides, depth 6", "control points of one"): (28, "56", "56 is the number of combinations"),
+        ("S-patches", "control points"): (1656, "1768", "28"),
+        ("S-patches / cubic triangles", "cost"): (2.985, "4.2", "the branch"),
     }
     for key, (ours, printed, explanation) in expected.items():
         assert rows[key].measured == pytest.approx(ours, abs=5e-4)
-        assert (rows[key].printed, rows[key].explanation) == (printed, explanation)
+        assert rows[key].printed == printed
+        assert explanation in rows[key].explanation
     # the printed total is the sum of the printed columns, so it is the 56 that is wrong
     assert 4 * 56 + 31 * 20 + 2 * 462 == 1768
     assert rows["S-patches", "cost of the surface"].measured == pytest.approx(1379.2)

@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from testbed import registry
+from testbed.approximation.history import Step
 from testbed.cli import reproducing
 from testbed.cli.reproducing import reproduce_command
 from testbed.errors import SpecError, TestbedError
@@ -29,18 +30,23 @@ from testbed.harness.results import read_results
 from testbed.measures.continuity import edge_jumps
 from testbed.plugins.measure import Column
 from testbed_reports import published
+from testbed_reports.derived import compare_derived, measure_derived
 from testbed_reports.published import (
     Agreement,
-    Figure,
     PublishedRow,
     compare,
     decimals,
-    figures_of,
-    parse_table,
     published_rows,
-    published_table,
     rounds_to,
     write_published,
+)
+from testbed_reports.published_table import (
+    DerivedFigure,
+    Figure,
+    derived_of,
+    figures_of,
+    parse_table,
+    published_table,
 )
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.optimized import Optimized
@@ -146,11 +152,21 @@ def test_an_unknown_paper_is_told_the_nearest() -> None:
     assert "did you mean mann-1992" in result.stderr
 
 
-def test_every_published_figure_comes_out_or_is_explained(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def quick(figures: tuple[DerivedFigure, ...]) -> tuple[DerivedFigure, ...]:
+    """Leave out the approximations that take more than a second."""
+    return tuple(one for one in figures if one.source == "cost" or one.dataset == "ellipsoid")
+
+
+def test_every_published_figure_comes_out_or_is_explained(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reproducing, "derived_of", lambda paper: quick(derived_of(paper)))
     assert reproduce_command("all", tmp_path, 2, as_json=False) == 0
     printed = capsys.readouterr().out
     rows = published_rows(tmp_path)
-    assert len(rows) == len(published_table().figures)
+    derived = quick(published_table().derived)
+    assert len({one.dataset for one in derived}) == 3
+    assert len(rows) == len(published_table().figures) + len(derived)
     for row in rows:
         assert row.agreement in ("agrees", "differs"), row
         assert bool(row.explanation) == (row.agreement == "differs"), row
@@ -159,7 +175,8 @@ def test_every_published_figure_comes_out_or_is_explained(tmp_path: Path, capsys
             assert rounds_to(row.measured, row.printed)
     # the file says what the results say, to the last bit
     results = read_results(tmp_path)
-    assert repr(rows) == repr(compare(published_table().figures, results))
+    assert repr(rows[: -len(derived)]) == repr(compare(published_table().figures, results))
+    assert repr(rows[-len(derived) :]) == repr(compare_derived(derived, measure_derived(derived, 1)))
     assert not results.missing
     # and a second time nothing is computed
     assert reproduce_command("mann-1992", tmp_path, 1, as_json=True) == 0
@@ -177,6 +194,7 @@ def test_what_is_not_explained_or_not_there_is_a_failure(tmp_path: Path, monkeyp
 
     def outcome(*figures: Figure) -> tuple[int, list[Agreement]]:
         monkeypatch.setattr(reproducing, "figures_of", lambda _: figures)
+        monkeypatch.setattr(reproducing, "derived_of", lambda _: ())
         code = reproduce_command("mann-1992", tmp_path, 1, as_json=True)
         return code, [row.agreement for row in published_rows(tmp_path)]
 
@@ -189,6 +207,60 @@ def test_what_is_not_explained_or_not_there_is_a_failure(tmp_path: Path, monkeyp
     assert reasons[4].startswith("refused: ")
     with pytest.raises(SpecError, match="level 9 of octahedron"):
         outcome(dataclasses.replace(FLAT, level=9))
+
+
+DERIVED = DerivedFigure(
+    "mann-1992", "page 1", "a number", "approximation", "octahedron", "faces", "8", "given", "flat", 175.0
+)
+
+
+def test_an_approximation_without_a_number_says_why() -> None:
+    figures = (
+        DERIVED,
+        dataclasses.replace(DERIVED, printed="9"),
+        dataclasses.replace(DERIVED, printed="9", explanation="A slip."),
+        dataclasses.replace(DERIVED, column="nothing"),
+        dataclasses.replace(DERIVED, dataset="mesh"),
+        dataclasses.replace(DERIVED, dataset="branch", source="cost", patches="4 sides, depth 3", column="patches"),
+        dataclasses.replace(DERIVED, dataset="branch", source="cost", patches="nine sides", column="patches"),
+    )
+    rows = compare_derived(figures, measure_derived(figures, 1))
+    assert [row.agreement for row in rows[:4]] == ["agrees", "unexplained", "differs", "no value"]
+    assert rows[3].reason == "the history has no nothing"
+    assert (rows[4].agreement, bool(rows[4].reason)) == ("no value", True)
+    assert rows[5].measured == 20.0
+    assert "no patches of nine sides" in rows[6].reason
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('source = "approximation"', 'source = "hearsay"', "one of approximation, cost"),
+        ('source = "approximation"', 'source = "cost"', "patches"),
+        ("epsilon = 1.0", "epsilon = 0.0", "positive epsilon"),
+        ('scheme = "flat"', "", "needs a scheme"),
+        ('printed = "8"', 'printed = "eight"', "decimal number"),
+        ('column = "faces"', "", "column"),
+    ],
+)
+def test_a_derived_row_that_is_no_figure_is_named(old: str, new: str, says: str) -> None:
+    row = ROW.replace("[[figures]]", "[[derived]]").replace("level = 0", 'source = "approximation"\nepsilon = 1.0')
+    assert parse_table("figures = []\n" + row).derived[0].level == "epsilon 1°"
+    with pytest.raises(TestbedError, match="derived figure 1") as caught:
+        parse_table("figures = []\n" + row.replace(old, new))
+    assert says in str(caught.value)
+
+
+def test_every_derived_row_names_what_there_is() -> None:
+    steps = {field.name for field in dataclasses.fields(Step)}
+    for figure in published_table().derived:
+        dataset = registry.dataset(figure.dataset)
+        if figure.source == "approximation":
+            registry.scheme(figure.scheme)
+            assert figure.column in steps
+            assert dataset.surface is not None
+    rows = [dataclasses.replace(one, printed="", explanation="") for one in published_table().derived]
+    assert len(set(rows)) == len(rows)
 
 
 def test_an_order_agrees_only_if_its_interval_tells_it_from_its_neighbours() -> None:
