@@ -8,7 +8,8 @@ below that minimum there. So the distance is at most the quotient, whatever else
 Other surfaces (by curvature). About a point y of the surface with normal n, the surface is a graph over the disc of
 radius r of the tangent plane if all its principal curvatures are at most k < 1 / r, with heights of at most
 k r^2 / (1 + sqrt(1 - k^2 r^2)), those of a sphere: so a point at tangential offset r is at most that and |<x - y, n>|
-away. In any case the distance is at most that from y.
+away. This is so where the surface
+does not end. In any case the distance is at most that from y.
 
 Rounding is included: everything computed is widened by a bound of what it may be off by.
 """
@@ -70,12 +71,16 @@ class DistanceBounds:
         (P,) the centre's distance by what is known without a guarantee, if that is more than ``low``.
     noise
         (P,) what rounding alone makes of the difference of the bounds.
+    crude
+        (P,) whether the upper bound is but the size of the patch about a foot: it falls with the size itself, others
+        with its square.
     """
 
     low: Float
     high: Float
     seen: Float
     noise: Float
+    crude: Bool
 
 
 def distance_bounds(exact: ExactSurface, nets: PatchNets) -> DistanceBounds:
@@ -84,16 +89,16 @@ def distance_bounds(exact: ExactSurface, nets: PatchNets) -> DistanceBounds:
     Lower bounds are guaranteed for level sets with expansions; for others they are as good as ``closest``, which may
     have found a foot that is not the nearest point of the surface.
     """
-    result = np.empty((4, len(nets)))
+    result = np.empty((5, len(nets)))
     for start in range(0, len(nets), BLOCK):
         some = slice(start, min(start + BLOCK, len(nets)))
         # overflow and coordinates that are not finite give bounds that are not, which are taken for infinite below
         with np.errstate(all="ignore"):
             result[:, some] = _bounds_of_block(exact, nets.take(some))
-    low, high, seen, noise = result
+    low, high, seen, noise, crude = result
     # written so that NaN is no bound
     low, high = np.where(low > 0.0, low, 0.0), np.where(high >= 0.0, high, np.inf)
-    return DistanceBounds(low, high, np.where(seen > low, seen, low), noise)
+    return DistanceBounds(low, high, np.where(seen > low, seen, low), noise, crude > 0.0)
 
 
 def _bounds_of_block(exact: ExactSurface, nets: PatchNets) -> Float:
@@ -111,18 +116,19 @@ def _bounds_of_block(exact: ExactSurface, nets: PatchNets) -> Float:
         low, high, noise = np.zeros((3, len(nets)))
         high[:] = np.inf
         with_feet = np.ones(len(nets), dtype=np.bool_)
-    seen = low.copy()
+    seen, crude = low.copy(), np.zeros(len(nets), dtype=np.bool_)
     if with_feet.any():
-        near, far, rounding = _by_feet(exact, points[with_feet], centre[with_feet])
+        near, far, rounding, rough = _by_feet(exact, points[with_feet], centre[with_feet])
         # fmax, fmin: a foot that is not found bounds nothing
         seen[with_feet] = np.fmax(low[with_feet], near)
         if not isinstance(exact, EnclosedLevelSet) or exact.nearest:
             low = seen
+        crude[with_feet] = rough & ~(high[with_feet] < far)
         high[with_feet] = np.fmin(high[with_feet], far)
         noise[with_feet] = np.maximum(noise[with_feet], np.nan_to_num(rounding))
     if weights is not None:
         high[~(weights > 0.0).all(axis=1)] = np.inf
-    return np.stack([low - slack, high + slack, seen - slack, noise + 2.0 * slack])
+    return np.stack([low - slack, high + slack, seen - slack, noise + 2.0 * slack, crude])
 
 
 def _centres(nets: PatchNets) -> Float:
@@ -229,8 +235,11 @@ def _nearest_zero(about: Expansion) -> Float:
     return np.where(finite, low, 0.0)
 
 
-def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, Float, Float]:
-    """Lower and upper bounds and their noise (P,), from the foot of the centre, its normal and a bound of curvature."""
+def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, Float, Float, Bool]:
+    """Lower and upper bounds, their noise and whether they are crude (P,).
+
+    From the foot of the centre, its normal and a bound of curvature.
+    """
     foot = np.full(centre.shape, np.nan)
     known = np.isfinite(points).all(axis=(1, 2))
     foot[known] = exact.closest(centre[known])
@@ -245,7 +254,7 @@ def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, 
     offsets = points - foot[:, None]
     length = norm(offsets)
     farthest = length.max(axis=1)
-    high = farthest.copy()
+    high, crude = farthest.copy(), np.ones(len(centre), dtype=np.bool_)
     if known.any():
         normal = np.full(centre.shape, np.nan)
         normal[known] = exact.normal(foot[known])
@@ -257,9 +266,12 @@ def _by_feet(exact: ExactSurface, points: Float, centre: Float) -> tuple[Float, 
         # the graph over the disc is within a ball of radius sqrt(2) r
         reach = 1.5 * sideways[known, None]
         curvature = np.full(len(centre), np.inf)
-        curvature[known] = exact.curvature_bound(foot[known] - reach, foot[known] + reach)
+        box = foot[known] - reach, foot[known] + reach
+        curvature[known] = np.where(exact.may_end(*box), np.inf, exact.curvature_bound(*box))
         bend = curvature * sideways
         inside = bend < 1.0
         sphere = np.where(inside, bend * sideways / (1.0 + np.sqrt(np.where(inside, 1.0 - bend**2, 0.0))), np.inf)
-        high = np.fmin(high, above + sphere * (1.0 + 64.0 * EPSILON))
-    return near - rounding, high + rounding, 2.0 * rounding
+        curved = above + sphere * (1.0 + 64.0 * EPSILON)
+        crude = ~(curved < high)
+        high = np.fmin(high, curved)
+    return near - rounding, high + rounding, 2.0 * rounding, crude

@@ -44,6 +44,14 @@ class ExactSurface(ABC):
         del high
         return np.full(len(low), np.inf)
 
+    def may_end(self, low: Float, high: Float) -> Bool:
+        """Whether the surface may have a boundary within boxes (N, 3), (N,): true, unless a surface knows better.
+
+        Where it has none, a bound of its curvature tells how far it goes on.
+        """
+        del high
+        return np.ones(len(low), dtype=np.bool_)
+
     def middles(self, start: Float, end: Float, boundary: Bool) -> Float:
         """Points (E, 3) of the surface between points of it (E, 3) and (E, 3): new vertices on the edges of a mesh.
 
@@ -86,6 +94,11 @@ class LevelSet(ExactSurface):
     @abstractmethod
     def hessian(self, points: Float) -> Float:
         """Second derivatives of g, (N, 3, 3) at points (N, 3)."""
+
+    def may_end(self, low: Float, high: Float) -> Bool:
+        """False for all boxes, (N,): where the gradient does not vanish, a level set has no boundary."""
+        del high
+        return np.zeros(len(low), dtype=np.bool_)
 
     def normal(self, points: Float) -> Float:
         """Unit normals (N, 3): the gradient scaled to length one."""

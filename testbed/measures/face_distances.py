@@ -13,7 +13,7 @@ from testbed.geometry.composition import BernsteinBasis, quartering
 from testbed.geometry.distance_bounds import PatchNets, distance_bounds
 from testbed.geometry.evaluation import apply_table
 from testbed.geometry.exact import ExactSurface
-from testbed.geometry.level_bounds import EPSILON
+from testbed.geometry.level_bounds import EPSILON, EnclosedLevelSet
 from testbed.geometry.patches import PatchBatch
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, Int
@@ -22,7 +22,11 @@ from testbed.geometry.vectors import Float, Int
 ROUNDS = 16
 #: Most pieces whose bounds are computed: so many for each patch, and so many in any case.
 PIECES_A_PATCH = 64
+#: Likewise where each piece needs a foot on a surface that is no level set, and bounds gain little from smaller pieces.
+PIECES_WITH_FEET = 16
 PIECES = 20_000
+#: Bounds that are but the size of pieces are good for something if they are at most this many times what was aimed at.
+USEFUL = 2.0
 #: Bounds this many times closer than what rounding makes of their difference are not asked for.
 NOISE = 2.0
 
@@ -34,9 +38,10 @@ class FaceDistances:
     Parameters
     ----------
     low, high
-        (F,) bounds. ``high`` is guaranteed; it is infinite where no bound is known: for patches that are neither
-        polynomial nor rational, whose weights are not positive, that are not finite, or that have no feet on a surface
-        that is no :class:`~testbed.geometry.level_bounds.EnclosedLevelSet`. Both are 0 for faces without patches.
+        (F,) bounds, 0 for faces without patches. ``high`` is guaranteed, and infinite where there is no useful
+        guarantee: for patches that are neither polynomial nor rational, whose weights are not positive or that are not
+        finite; and where only the size of the pieces bounds the distance, near the boundary of a surface or on one
+        whose curvature is not known, if that is far above what was asked for.
     """
 
     low: Float
@@ -65,7 +70,8 @@ def face_distances(
     aim = Aim(tolerance, 0.0, threshold)
     low, high = np.zeros((2, faces))
     for batch, group in zip(surface.batches, (part.faces for part in surface.parts), strict=True):
-        pieces = max(PIECES, PIECES_A_PATCH * len(batch))
+        most = PIECES_A_PATCH if isinstance(exact, EnclosedLevelSet) else PIECES_WITH_FEET
+        pieces = max(PIECES, most * len(batch))
         part_low, part_high = bounds_by_group(exact, batch, group, faces, aim, low, pieces)
         low, high = np.maximum(low, part_low), np.maximum(high, part_high)
     return FaceDistances(low, high)
@@ -148,18 +154,17 @@ def bounds_by_group(
         np.maximum.at(low, group, bounds.low)
         np.maximum.at(known, group, bounds.seen)
         room = aim.ceiling(known[group]) + NOISE * bounds.noise
-        open_ = ~(bounds.high <= room) & np.isfinite(nets.points).all(axis=(1, 2))
-        if round_ == ROUNDS or not open_.any():
-            break
+        wide = ~(bounds.high <= room)
+        open_ = wide & np.isfinite(nets.points).all(axis=(1, 2)) & (round_ < ROUNDS)
         # where not all can be quartered, those that stand out most
         if 4 * np.count_nonzero(open_) > left:
             worst = np.argsort(np.where(open_, room - bounds.high, np.inf), kind="stable")[: max(left // 4, 0)]
             open_[np.setdiff1d(np.arange(len(open_)), worst)] = False
-            if not open_.any():
-                break
-        np.maximum.at(high, group[~open_], bounds.high[~open_])
+        useless = wide & bounds.crude & ~(bounds.high <= USEFUL * room)
+        np.maximum.at(high, group[~open_], np.where(useless, np.inf, bounds.high)[~open_])
+        if not open_.any():
+            break
         nets, group = quartered(nets.take(open_)), np.repeat(group[open_], 4)
-    np.maximum.at(high, group, bounds.high)
     return low, high
 
 

@@ -12,7 +12,7 @@ from testbed.geometry.distance_bounds import PatchNets, distance_bounds
 from testbed.geometry.domain import lattice
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.level_bounds import PolynomialLevelSet
-from testbed.geometry.vectors import Float, Int, norm
+from testbed.geometry.vectors import Bool, Float, Int, norm
 from testbed_datasets.bump import Bump
 from testbed_datasets.ellipsoid import Ellipsoid
 from testbed_datasets.graph import Graph
@@ -214,10 +214,10 @@ def test_patches_on_the_bump_have_bounds() -> None:
 
 
 class Ball(ExactSurface):
-    """The unit sphere of which nothing is known but its curvature."""
+    """The unit sphere of which nothing is known but its curvature, and perhaps that it is whole."""
 
-    def __init__(self, curvature: float) -> None:
-        self.curvature = curvature
+    def __init__(self, curvature: float, *, ends: bool = False) -> None:
+        self.curvature, self.ends = curvature, ends
 
     def closest(self, points: Float) -> Float:
         return RoundSphere(1.0).closest(points)
@@ -232,19 +232,26 @@ class Ball(ExactSurface):
         assert (high >= low).all()
         return np.full(len(low), self.curvature)
 
+    def may_end(self, low: Float, high: Float) -> Bool:
+        assert (high >= low).all()
+        return np.full(len(low), self.ends)
 
-@pytest.mark.parametrize("curvature", [1.0 + 1e-12, 3.0, np.inf])
-def test_bounds_by_curvature(curvature: float) -> None:
+
+@pytest.mark.parametrize(("curvature", "ends"), [(1.0 + 1e-12, False), (3.0, False), (np.inf, False), (1.0, True)])
+def test_bounds_by_curvature(curvature: float, ends: bool) -> None:
     basis = BernsteinBasis((3,))
     for size, away in ((0.5, 0.1), (0.1, 1e-3), (0.05, 0.0)):
         nets = patches_near(Ball(1.0), basis, size, away)
-        bounds = distance_bounds(Ball(curvature), PatchNets(basis, nets, np.zeros(len(nets))))
+        bounds = distance_bounds(Ball(curvature, ends=ends), PatchNets(basis, nets, np.zeros(len(nets))))
         points = extended_points(basis, nets, lattice(3, 12))
         sampled = np.abs(np.sqrt((points**2).sum(axis=-1)) - 1).max(axis=1)
         assert (bounds.high >= sampled).all()
         # without a bound of curvature the patch's size, with one its square
-        reach = 2.0 * size if np.isinf(curvature) else 2.0 * (1.0 + curvature) * size**2
+        unknown = np.isinf(curvature) or ends
+        reach = 2.0 * size if unknown else 2.0 * (1.0 + curvature) * size**2
         assert (bounds.high <= sampled + reach).all()
+        assert not unknown or bounds.crude.all()
+        assert unknown or size > 0.1 or not bounds.crude.any()
 
 
 def test_a_point_without_a_foot_has_no_bound_by_curvature() -> None:

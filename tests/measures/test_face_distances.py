@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 import pytest
-from built_surfaces import OCTAHEDRON, OCTANTS, bumpy_octahedron, exact_cap, graph, octahedron
+from built_surfaces import OCTAHEDRON, OCTANTS, UnitSphere, bumpy_octahedron, exact_cap, graph, octahedron
 
 from testbed import registry
 from testbed.geometry.bezier import BezierQuads, BezierTriangles
@@ -176,3 +176,17 @@ def test_a_patch_through_the_centre_of_a_sphere_has_bounds() -> None:
     bounds = face_distances(surface, RoundSphere(1.0), 0.01)
     assert 0.99 <= bounds.low[0] <= 1.0 + 1e-12
     assert 1.0 <= bounds.high[0] <= 1.02
+
+
+def test_where_a_surface_may_end_feet_bound_what_is_far_away_and_not_what_is_near() -> None:
+    # nothing but feet are known of this sphere
+    surface = bumpy_octahedron(5)
+    known = sampled(surface, UnitSphere())
+    bounds = face_distances(surface, UnitSphere(), 1e-4)
+    assert (bounds.high >= known).all()
+    assert (bounds.high <= known + 1e-3).all()
+    assert (bounds.low <= 1.02 * known).all()
+    # pieces would have to be as small as the tolerance
+    on_sphere = face_distances(exact_cap(), UnitSphere(), 1e-6)
+    assert np.isinf(on_sphere.high).all()
+    assert on_sphere.low.max() < 1e-15
