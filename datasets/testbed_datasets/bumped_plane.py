@@ -211,8 +211,7 @@ class _BumpExpansion(Expansion):
         least, largest = self._surface.rings(self._points - radii, self._points + radii)
         scale = abs(self._surface.height) / self._surface.width**3
         bound: Float = np.maximum(192.0 * largest, 144.0 * (1.0 - least))
-        bound = bound * ((1.0 - least) * np.sqrt(largest)) * (scale * (1.0 + 1e-12))
-        return bound
+        return bound * ((1.0 - least) * np.sqrt(largest)) * (scale * (1.0 + 1e-12))
 
     def remainder(self, radii: Float) -> Float:
         """Taylor's bound; or where the point is beside the bump and all coefficients are those of the plane, b."""
@@ -221,7 +220,8 @@ class _BumpExpansion(Expansion):
         least, _ = self._surface.rings(self._points - radii, self._points + radii)
         beside = self._surface.rings(self._points, self._points)[0] >= 1.0
         highest = abs(self._surface.height) * (1.0 - least) ** 4 * (1.0 + 1e-12)
-        return np.where(beside, np.minimum(taylor, highest), taylor)
+        bound: Float = np.where(beside, np.minimum(taylor, highest), taylor)
+        return bound
 
     def gradient_remainder(self, radii: Float) -> Float:
         """Taylor's bound."""
