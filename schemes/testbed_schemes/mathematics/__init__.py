@@ -7,6 +7,9 @@ edge_conics           the conic of an edge
 quintic_hermite       quintic curves as deviations from their chords
 split_domain          three patches a face, joined inside
 quadratic_precision   a centre of cubic triangles
+three_quadrics        all real roots of three quadrics
+bicubic_nets          boundary and twist points of bicubic patches
+bicubic_centre        inner points of bicubic patches from samples at their centres
 blended_quartics      quartics whose inner points are blended rationally
 edge_deviations       blends of edges and cross-boundary fields as vectors and functions
 side_vertex           blends of curves from vertices to opposite sides
