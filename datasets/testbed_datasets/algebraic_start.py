@@ -11,7 +11,7 @@ import numpy as np
 
 from testbed.errors import Refused
 from testbed.geometry.edges import HalfEdges
-from testbed.geometry.vectors import Float, Int, angle_between, norm
+from testbed.geometry.vectors import Float, Int, angle_between, dot, norm
 from testbed_datasets.algebraic_surface import AlgebraicSurface
 from testbed_datasets.even_triangles import SurfaceMesh, evened
 from testbed_datasets.halving import split_in_four
@@ -26,6 +26,9 @@ FINER, MOST_POINTS = 4, 2_000_000
 CHECKED_LEVELS: Final = 3
 #: Least cosine of the angle between a face and the surface's normals at its corners.
 FACING: Final = 0.1
+#: As many vertices of the finest of these are looked at about each sample, for one with a normal like the sample's, of
+#: at least this cosine.
+NEAR_VERTICES, ALIKE = 12, 0.3
 #: Least angle of a face, in radians.
 THINNEST: Final = 0.2
 
@@ -147,6 +150,7 @@ def start_mesh(surface: AlgebraicSurface, cells: int, what: str) -> tuple[Float,
             face = int(np.argmax(bad)) // 4**level  # the face of level 0 that it came from
             where = place(mesh.points[mesh.faces[face]].mean(axis=0))
             raise TooCoarse(f"{what} bends too much for {cells} cells, or along a side of the box, near {where}")
+    _check_cover(surface, points, faces, f"{what} has a part that {cells} cells do not show")
     return mesh.points, mesh.faces
 
 
@@ -163,6 +167,23 @@ def _check_topology(surface: AlgebraicSurface, grid: Grid, faces: Int, what: str
             f"{what} is too thin for {cells} cells, which show {_counted(here)}, where {cells * times} show "
             f"{_counted(there)}"
         )
+
+
+def _check_cover(surface: AlgebraicSurface, points: Float, faces: Int, what: str) -> None:
+    """Refuse a mesh that leaves some of the surface's samples in the box without vertices of like normals about them.
+
+    A piece of the surface that the mesh does not show has samples, and as it is closed its normals point everywhere.
+    """
+    from scipy.spatial import KDTree  # slow to import
+
+    samples = surface.samples
+    samples = samples[((samples >= surface.low) & (samples <= surface.high)).all(axis=1)]
+    sides = norm(points[faces] - points[np.roll(faces, 1, axis=1)])
+    distances, ids = KDTree(points).query(samples, k=np.arange(1, 1 + min(NEAR_VERTICES, len(points))))
+    alike = dot(surface.normal(points)[ids], surface.normal(samples)[:, None]) > ALIKE
+    shown = (alike & (np.array(distances) <= sides.max() + surface.spacing)).any(axis=1)
+    if not shown.all():
+        raise TooCoarse(f"{what} near {place(samples[int(np.argmin(shown))])}")
 
 
 def topology(faces: Int) -> tuple[int, int, int]:

@@ -59,6 +59,12 @@ class Bounds:
         return np.maximum(by_axis, norm(self.gradient) - norm(self.gradient_radius))
 
     @property
+    def turn(self) -> Float:
+        """Upper bounds (N,) of the sines of the angles of gradients with that at the centre; 1 if unknown."""
+        with np.errstate(divide="ignore", invalid="ignore"):  # no gradient at the centre: unknown
+            return np.fmin(norm(self.gradient_radius) / norm(self.gradient), 1.0)
+
+    @property
     def curvature(self) -> Float:
         """Upper bounds (N,) of the moduli of level sets' principal curvatures in the boxes; infinite if unknown.
 
@@ -70,7 +76,7 @@ class Bounds:
         least = self.least_gradient
         with np.errstate(divide="ignore", invalid="ignore"):  # where the gradient may vanish, which is seen to below
             n = self.gradient / length[:, None]
-            turn = np.minimum(norm(self.gradient_radius) / length, 1.0)
+            turn = self.turn
             tangential = np.eye(3) - n[:, :, None] * n[:, None, :]
             projected = _frobenius(tangential @ self.hessian @ tangential)
             centre, change = _frobenius(self.hessian), _frobenius(self.hessian_radius)

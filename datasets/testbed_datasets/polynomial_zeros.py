@@ -11,8 +11,9 @@ from testbed_datasets.polynomial_boxes import ROUNDING, Support, bounds
 
 #: Boxes are halved as often at most; then they are as small as rounding.
 MOST_HALVINGS: Final = 60
-#: More boxes than this are left only where the gradient nearly vanishes along a curve or a surface; fewer for
-#: polynomials of a high degree, whose boxes hold more coefficients than this together.
+#: More boxes than this are left only where the gradient nearly vanishes along a curve or a surface, as between sheets
+#: whose distance is a hundredth of their size; fewer for polynomials of a high degree, whose boxes hold more
+#: coefficients than this together.
 MOST_BOXES, MOST_COEFFICIENTS = 40_000, 20_000_000
 #: Singular points are sought from the centres of as many boxes, those with the smallest gradient, after each halving.
 STARTS: Final = 32
@@ -20,6 +21,8 @@ STARTS: Final = 32
 MOST_STEPS: Final = 100
 #: A point counts as in the box up to this, relative to the box.
 ON_BOX: Final = 1e-9
+#: Sine of the angle by which the gradient turns within a box from that at its centre.
+STRAIGHT: Final = 0.7
 #: Boxes wanted along the longest side of what bounds the zero set.
 FINENESS: Final = 32
 
@@ -43,6 +46,11 @@ class Boxes:
     def __getitem__(self, chosen: Bool) -> "Boxes":
         """Return some of the boxes."""
         return Boxes(self.low[chosen], self.high[chosen])
+
+    @property
+    def corners(self) -> tuple[Float, Float]:
+        """``low`` and ``high``."""
+        return self.low, self.high
 
     @property
     def centre(self) -> Float:
@@ -136,15 +144,22 @@ def _polished(polynomial: Evaluated, starts: Float, low: Float, high: Float) -> 
 def occupied(polynomial: Evaluated, low: Float, high: Float) -> Boxes:
     """Return small boxes in a box (3,), (3,) that cover the zero set there; none where it is proved to be empty.
 
-    At least ``FINENESS`` of them stand along the longest side of their bounding box, as far as that is found.
+    At least ``FINENESS`` of the largest of them stand along the longest side of their bounding box, as far as that is
+    found. In each the gradient turns by less than a right angle, so none has a piece of the zero set in its inside;
+    only where the gradient nearly vanishes their number is reached before.
     """
-    boxes = Boxes(low[None], high[None])
+    boxes, small = Boxes(low[None], high[None]), Boxes(np.empty((0, 3)), np.empty((0, 3)))
     for _ in range(MOST_HALVINGS):
-        boxes = boxes[bounds(polynomial, boxes.low, boxes.high).may_vanish]
-        if not len(boxes):
-            return boxes
-        extent = boxes.high.max(axis=0) - boxes.low.min(axis=0)
-        if extent.max() >= FINENESS * (boxes.high[0] - boxes.low[0]).max() or len(boxes) > most_boxes(polynomial):
-            return boxes
+        over = bounds(polynomial, boxes.low, boxes.high)
+        left = over.may_vanish
+        boxes = boxes[left]
+        extent = np.concatenate([boxes.high, small.high]).max(axis=0, initial=-np.inf)
+        extent -= np.concatenate([boxes.low, small.low]).min(axis=0, initial=np.inf)
+        if len(boxes) and (len(small) or extent.max() >= FINENESS * (boxes.high[0] - boxes.low[0]).max()):
+            straight = over.turn[left] <= STRAIGHT
+            small = Boxes(*(np.concatenate(pair) for pair in zip(small.corners, boxes[straight].corners, strict=True)))
+            boxes = boxes[~straight]
+        if not len(boxes) or len(boxes) + len(small) > most_boxes(polynomial):
+            break
         boxes = boxes.halved()
-    return boxes
+    return Boxes(*(np.concatenate(pair) for pair in zip(small.corners, boxes.corners, strict=True)))
