@@ -20,7 +20,7 @@ from testbed.geometry.vectors import Bool, Float, norm
 #: The upper bound is at most so much larger than the angle found, relatively, where rounding allows it.
 GAP = 1e-9
 #: Halvings after which an interval's bound is taken as it is.
-HALVINGS = 26
+HALVINGS = 12
 #: Intervals of an edge halved at the same time; of an edge with more, where a normal all but vanishes, the bounds are
 #: taken as they are.
 INTERVALS = 40
@@ -84,7 +84,7 @@ def normal_jumps(
         angle[rows], t[rows], rounding[rows] = found
         undecided[rows] = False
     low, high = np.maximum(angle - rounding, 0.0), np.where(np.isnan(angle), np.nan, np.maximum(high, angle))
-    (uneven,) = np.nonzero(high > np.maximum(low, floor) * (1.0 + WIDE[0]) + WIDE[1])
+    (uneven,) = np.nonzero(too_wide(low, high, floor))
     if divisions and len(uneven):
         parts = normal_jumps(pairs[uneven].halves(), np.tile(np.maximum(low, floor)[uneven], 2), gap, divisions - 1)
         for half in (0, 1):
@@ -98,6 +98,11 @@ def normal_jumps(
         highest = parts.high.reshape(2, -1).max(axis=0)
         high[uneven] = np.minimum(high[uneven], np.maximum(highest, angle[uneven]))
     return NormalJumps(angle, t, low, high, ~undecided)
+
+
+def too_wide(low: Float, high: Float, floor: Float | float = 0.0) -> Bool:
+    """(E,) true where bounds are so far apart that the edge should be divided."""
+    return np.asarray(high > np.maximum(low, floor) * (1.0 + WIDE[0]) + WIDE[1])
 
 
 def solved(pairs: NormalPairs, angle: Float, t: Float, rounding: Float) -> tuple[Float, Float, Float]:

@@ -12,7 +12,7 @@ import numpy as np
 from testbed.geometry.blocks import blocks
 from testbed.geometry.edges import PatchEdges, PatchSides
 from testbed.geometry.normal_fields import NormalFields, along_sides, have_polynomial_normals
-from testbed.geometry.normal_jump import GAP, normal_jumps
+from testbed.geometry.normal_jump import DIVISIONS, GAP, normal_jumps, too_wide
 from testbed.geometry.normal_pairs import NormalPairs
 from testbed.geometry.patches import PatchBatch
 from testbed.geometry.surface import Surface
@@ -72,9 +72,13 @@ def edge_angles(surface: Surface, edges: PatchEdges | None = None, gap: float = 
         edges = interior_edges(surface)
     exact = have_exact_angles(surface, edges)
     angle, t, low, high = np.full((4, len(edges)), np.nan)
-    for rows, pairs in normal_pairs(surface, edges, np.flatnonzero(exact)):
-        found = normal_jumps(pairs, gap=gap)
-        angle[rows], t[rows], low[rows], high[rows] = found.angle, found.t, found.low, found.high
+    rows = np.flatnonzero(exact)
+    for divisions in (0, DIVISIONS):
+        # few edges need to be divided: those of all blocks together
+        for some, pairs in normal_pairs(surface, edges, rows):
+            found = normal_jumps(pairs, gap=gap, divisions=divisions)
+            angle[some], t[some], low[some], high[some] = found.angle, found.t, found.low, found.high
+        rows = np.flatnonzero(too_wide(low, high))
     (others,) = np.nonzero(~exact)
     angle[others], t[others] = searched(surface, edges[others])
     low[others], high[others] = angle[others], np.where(np.isnan(angle[others]), np.nan, np.inf)
