@@ -22,8 +22,9 @@ from testbed.geometry.vectors import Float, Int
 ROUNDS = 16
 #: Most pieces whose bounds are computed: so many for each patch, and so many in any case.
 PIECES_A_PATCH = 64
-#: Likewise where each piece needs a foot on a surface that is no level set, and bounds gain little from smaller pieces.
-PIECES_WITH_FEET = 16
+#: Likewise on a surface that is no level set, where each piece needs a foot, and bounds gain less from smaller pieces.
+PIECES_WITH_FEET_A_PATCH = 8
+PIECES_WITH_FEET = 4_000
 PIECES = 20_000
 #: Bounds that are but the size of pieces are good for something if they are at most this many times what was aimed at.
 USEFUL = 2.0
@@ -70,8 +71,9 @@ def face_distances(
     aim = Aim(tolerance, 0.0, threshold)
     low, high = np.zeros((2, faces))
     for batch, group in zip(surface.batches, (part.faces for part in surface.parts), strict=True):
-        most = PIECES_A_PATCH if isinstance(exact, EnclosedLevelSet) else PIECES_WITH_FEET
-        pieces = max(PIECES, most * len(batch))
+        pieces = max(PIECES_WITH_FEET, PIECES_WITH_FEET_A_PATCH * len(batch))
+        if isinstance(exact, EnclosedLevelSet):
+            pieces = max(PIECES, PIECES_A_PATCH * len(batch))
         part_low, part_high = bounds_by_group(exact, batch, group, faces, aim, low, pieces)
         low, high = np.maximum(low, part_low), np.maximum(high, part_high)
     return FaceDistances(low, high)

@@ -182,9 +182,9 @@ def test_where_a_surface_may_end_feet_bound_what_is_far_away_and_not_what_is_nea
     # nothing but feet are known of this sphere
     surface = bumpy_octahedron(5)
     known = sampled(surface, UnitSphere())
-    bounds = face_distances(surface, UnitSphere(), 1e-4)
+    bounds = face_distances(surface, UnitSphere(), 1e-3)
     assert (bounds.high >= known).all()
-    assert (bounds.high <= known + 1e-3).all()
+    assert (bounds.high <= known + 5e-3).all()
     assert (bounds.low <= 1.02 * known).all()
     # pieces would have to be as small as the tolerance
     on_sphere = face_distances(exact_cap(), UnitSphere(), 1e-6)
