@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from testbed.geometry.exact import LevelSet
+from testbed.geometry.level_bounds import PolynomialLevelSet
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.trivariate import Trivariate
 from testbed.geometry.vectors import Bool, Float, Int, cross, dot, norm, unit
 from testbed_datasets.polynomial import Evaluated, PolynomialJet
 from testbed_datasets.polynomial_boxes import bounds
@@ -34,7 +35,7 @@ Corner = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class AlgebraicSurface(LevelSet):
+class AlgebraicSurface(PolynomialLevelSet):
     """The zero set of a polynomial, normals along its gradient; regular in a box, and taken to go on beyond it.
 
     Parameters
@@ -48,6 +49,13 @@ class AlgebraicSurface(LevelSet):
     evaluated: Evaluated
     low: Corner
     high: Corner
+
+    @cached_property
+    def polynomial(self) -> Trivariate:
+        """The polynomial of x, y, z over its largest coefficient, for guaranteed distances."""
+        terms = self.evaluated.polynomial.terms
+        largest = max(abs(value) for _, value in terms)
+        return Trivariate(tuple((powers, float(value / largest)) for powers, value in terms))
 
     @property
     def size(self) -> float:
