@@ -61,7 +61,7 @@ patches = st.builds(
     alpha=finite | st.lists(finite, min_size=1, max_size=4).map(tuple),
     steps=st.integers(-9, 9),
     closed=st.booleans(),
-    path=st.text(st.characters(codec="ascii", exclude_categories=["Cc"]), max_size=12).map(str.strip),
+    path=st.text(max_size=12) | st.text(st.sampled_from('x*+,:[]()"\\ '), max_size=12),
     label=st.text(max_size=8),
 )
 
@@ -76,6 +76,14 @@ def test_only_changed_fields_are_written_in_their_declared_order() -> None:
     assert str(read(text)) == "patch[boundary=curve[root=worst],c=1.055,closed=true]"
     assert str(read("patch")) == "patch"
     assert str(read("patch:a/b [1].ply")) == "patch:a/b [1].ply"
+    assert str(read("patch[c=2]:x,y:(z)")) == "patch[c=2.0]:x,y:(z)"
+
+
+def test_quotes_about_text_behind_a_colon_are_taken_away_and_written_only_where_needed() -> None:
+    assert read('patch:"x*(y+1)"').path == "x*(y+1)"
+    assert str(read('patch:"x*(y+1)"')) == "patch:x*(y+1)"
+    assert str(Patch(path=" x ")) == 'patch:" x "'
+    assert str(Patch(path='"x"')) == 'patch:"\\"x\\""'
 
 
 @pytest.mark.parametrize(
@@ -96,6 +104,8 @@ def test_only_changed_fields_are_written_in_their_declared_order() -> None:
         ("patch[c=1", ["every bracket closed"]),
         ("patch[c=1]x", ["every bracket closed"]),
         ('patch[label="x]', ["bracket"]),
+        ('patch:"x', ["quoted text that does not end"]),
+        ("patch[path=x]:y", ["path", "twice"]),
     ],
 )
 def test_a_mistake_is_answered_in_one_sentence_with_what_is_valid(text: str, words: list[str]) -> None:
