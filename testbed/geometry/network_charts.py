@@ -4,14 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.geometry.charted import ChartedMesh, Charts, triangle_fan
+from testbed.geometry.charted import ChartedMesh, triangle_fan
+from testbed.geometry.charted_surface import BoundedCharts, CurvedBoxes
 from testbed.geometry.jets import ROWS, Jet
+from testbed.geometry.network_bounds import curved_boxes
 from testbed.geometry.spline_network import SplineNetwork
 from testbed.geometry.vectors import Float, Int
 
 
 @dataclass(frozen=True, eq=False)
-class NetworkCharts(Charts):
+class NetworkCharts(BoundedCharts):
     """The patches of a network as charts; chart p is patch p.
 
     Parameters
@@ -47,6 +49,12 @@ class NetworkCharts(Charts):
             (here,) = np.nonzero(part == number)
             result[:, here] = patches.jets_of(self.network.index[chart[here]], at[here], order).coefficients
         return Jet(result)
+
+    def boxes(self) -> CurvedBoxes:
+        """Boxes (B, 3) of pieces of all patches, with bounds of the curvature; seconds for many-sided patches."""
+        boxes = [curved_boxes(patches) for patches in self.network.parts]
+        low, high, bound = (np.concatenate([getattr(one, name) for one in boxes]) for name in ("low", "high", "bound"))
+        return CurvedBoxes(low, high, bound)
 
 
 def charted_network(network: SplineNetwork) -> ChartedMesh:
