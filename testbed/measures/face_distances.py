@@ -42,7 +42,8 @@ class FaceDistances:
         (F,) bounds, 0 for faces without patches. ``high`` is guaranteed, and infinite where there is no useful
         guarantee: for patches that are neither polynomial nor rational, whose weights are not positive or that are not
         finite; and where only the size of the pieces bounds the distance, near the boundary of a surface or on one
-        whose curvature is not known, if that is far above what was asked for.
+        whose curvature is not known, if that is far above what was asked for. ``low`` is guaranteed for level sets with
+        expansions; for other surfaces it is as good as their ``closest``.
     """
 
     low: Float
