@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from testbed.approximation.history import Approximation, Step
+from testbed.geometry.mesh_arrays import mesh_arrays
 from testbed.harness.journal import write_whole
 
 
@@ -74,22 +75,19 @@ def plain(value: Any) -> Any:
 def arrays(found: Approximation) -> dict[str, Any]:
     """Return the mesh with its data, its levels and what was measured on it, and the control points of the patches.
 
+    ``testbed.load_mesh`` reads the mesh.
+
     ``control_points_0``, ``patch_faces_0`` and so on for each part of the surface that has control points.
     """
     mesh, surface = found.mesh, found.surface
     result: dict[str, Any] = {
-        "points": mesh.points,
-        "faces": mesh.faces,
+        **mesh_arrays(mesh),
         "edges": mesh.edges,
         "face_levels": found.levels.faces,
         "edge_levels": found.levels.edges,
         "edge_jumps_deg": found.edge_jumps_deg,
         "face_distances": found.face_distances,
     }
-    if mesh.normals is not None:
-        result["normals"] = mesh.normals
-    if mesh.second_forms is not None:
-        result["second_forms"] = mesh.second_forms
     for number, part in enumerate(surface.parts if surface else ()):
         for name in ("control_points", "weights"):
             values = getattr(part.batch, name, None)
