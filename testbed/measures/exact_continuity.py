@@ -25,9 +25,11 @@ FIRST = 64
 class ExactContinuity(Measure):
     """Largest normal angle over all edges between patches, exact and enclosed, of polynomial patches.
 
-    The sampled ``epsilon_deg`` is a lower bound of the same number, but for rounding; it is there for all patches. The
-    columns are left out where a patch is neither polynomial nor rational. Only edges whose bounds admit the maximum are
-    solved. A surface without edges between patches has no angle: 0.
+    The sampled ``epsilon_deg`` is a lower bound of the same number, but for rounding, and is there for all patches.
+    Where patches join smoothly it is nothing but the rounding of their jets, relative to the size of the coordinates,
+    and may lie above the bound, which takes the control points for exact. The columns are left out where a patch is
+    neither polynomial nor rational with positive weights. Only edges whose bounds admit the maximum are solved. A
+    surface without edges between patches has no angle: 0.
     """
 
     name: ClassVar[str] = "exact-continuity"
