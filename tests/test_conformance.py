@@ -129,6 +129,13 @@ def matching_second_forms(name: str) -> Scheme:
     return dataclass(frozen=True)(type("ClaimsMore", (catalogue(Scheme)[name],), {"needs": every, "matches": every}))()  # type: ignore[type-abstract]
 
 
+def claims_centres() -> Scheme:
+    """A scheme on quadrilaterals that does not look at the samples at their centres and claims to match them."""
+    zero_twist = catalogue(Scheme)["zero-twist-bicubic"]  # type: ignore[type-abstract]
+    every = Data.POINTS | Data.NORMALS | Data.SECOND_FORMS | Data.CENTRES
+    return dataclass(frozen=True)(type("ClaimsMore", (zero_twist,), {"needs": every, "matches": every}))()
+
+
 @dataclass(frozen=True)
 class ClaimsSpheres(Honest):
     reproduces = (Shape.SPHERES, Shape.QUADRICS)
@@ -221,6 +228,7 @@ def test_an_honest_scheme_passes() -> None:
         (curvature_continuous, {"g2"}),
         (lambda: matching_second_forms("nielson"), {"second-forms"}),
         (lambda: matching_second_forms("triangular-gregory"), {"second-forms"}),
+        (claims_centres, {"centres"}),
         (ClaimsSpheres, {"spheres", "quadrics"}),
         (LikesTheOrigin, {"rigid-motion"}),
         (HasALengthOfItsOwn, {"scale-up"}),

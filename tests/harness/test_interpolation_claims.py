@@ -19,6 +19,24 @@ def claims(tmp_path_factory: pytest.TempPathFactory) -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
+def centre_verdicts(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[str, str]]:
+    directory: Path = tmp_path_factory.mktemp("centres")
+    datasets = ["quad-torus", "quad-torus[twist=1]", "quad-graph"]
+    run(make_plan(["bicubic-interpolant"], datasets, "0", ["interpolation", "fallbacks", "size"]), directory)
+    claims = read_results(directory).claims
+    chosen = claims[claims["claim"] == "matches centres"]
+    return {row["dataset"]: (row["verdict"], row["reason"]) for _, row in chosen.iterrows()}
+
+
+def test_samples_at_centres_are_matched_where_no_fallback_is_noted(
+    centre_verdicts: dict[str, tuple[str, str]],
+) -> None:
+    assert centre_verdicts["quad-graph"] == ("met", "0 of 12 faces miss their samples, 0 fallbacks are noted")
+    assert centre_verdicts["quad-torus[twist=1]"][0] == "met"
+    assert centre_verdicts["quad-torus"] == ("not testable", "every face has a fallback, and the claim ends there")
+
+
+@pytest.fixture(scope="module")
 def verdicts(claims: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     return {(row["scheme"], row["claim"], row["dataset"]): row["verdict"] for _, row in claims.iterrows()}
 

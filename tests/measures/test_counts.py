@@ -18,3 +18,11 @@ def test_fallbacks_are_counted_together_and_told_apart() -> None:
     notes = {"curves without a root": 3, "singular centres": 0, "curves not converged": 2}
     row = measure_all([Fallbacks()], Surface.over_faces(mesh, BezierTriangles(mesh.corner_points()), notes), None)
     assert row == {"fallbacks": 5, "notes": "2 curves not converged; 3 curves without a root"}
+
+
+def test_ordinary_branches_are_no_fallbacks() -> None:
+    mesh = octahedron()
+    branches = {"centres with several roots": 3, "centres with one root": 5, "none": 0}
+    surface = Surface.over_faces(mesh, BezierTriangles(mesh.corner_points()), {}, branches)
+    row = measure_all([Fallbacks()], surface, None)
+    assert row == {"fallbacks": 0, "notes": "", "branches": "5 centres with one root; 3 centres with several roots"}

@@ -5,6 +5,7 @@ import pytest
 
 from testbed.conformance.meshes import octahedron, torus
 from testbed.geometry.bezier import BezierTriangles
+from testbed.geometry.face_data import Centres, FaceData
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
 from testbed.measures.interpolation import Interpolation, vertex_forms
@@ -77,6 +78,33 @@ def test_blended_patches_are_looked_at_evenly_and_no_more_than_asked_for() -> No
     assert len(vertex) == 30
     faces = np.linspace(0, 79, 10, dtype=np.int64)
     np.testing.assert_array_equal(vertex.reshape(10, 3), surface.mesh.faces[faces])
+
+
+def test_samples_at_face_centres_are_compared_where_there_are_some() -> None:
+    mesh = torus(8, 5, 4, twist=1)
+    row = read(scheme("bicubic-interpolant[reach=10]").fit(mesh))
+    assert row["centres_missed"] == 0
+    assert float(row["centre_distance_max"]) < 1e-14
+    assert float(row["centre_normal_max_deg"]) < 1e-11
+    assert float(row["centre_form_max"]) < 1e-10
+    other = read(scheme("zero-twist-bicubic").fit(mesh))
+    assert other["centres_missed"] == 40
+    assert float(other["centre_distance_max"]) > 1e-3
+    assert not [name for name in read(flat(octahedron())) if name.startswith("centre")]
+
+
+def test_a_centre_that_is_moved_is_missed_by_one_face() -> None:
+    mesh = torus(8, 5, 4, twist=1)
+    centres = mesh.face_data.centres
+    assert centres is not None
+    surface = scheme("bicubic-interpolant[reach=10]").fit(mesh)
+    points = centres.points.copy()
+    points[7, 0] += 0.125
+    data = FaceData(Centres(points, centres.normals, centres.second_forms))
+    moved = HermiteMesh(mesh.points, mesh.faces, mesh.normals, mesh.second_forms, face_data=data)
+    row = read(Surface(moved, surface.parts))
+    assert row["centres_missed"] == 1
+    assert row["centre_distance_max"] == pytest.approx(0.125, abs=1e-14)
 
 
 def test_nan_is_never_a_pass() -> None:
