@@ -1,6 +1,7 @@
 """Exact surfaces in charts: feet by Newton's method in the parameters, from the nearest of tabulated samples."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -13,13 +14,15 @@ from testbed.geometry.domain import barycentric, lattice
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.jets import Jet
 from testbed.geometry.polygon_descent import Foot, descend
-from testbed.geometry.vectors import Float, Int, norm
+from testbed.geometry.vectors import Bool, Float, Int, norm
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 #: Samples near a point among which starts are chosen, and samples near a foot among which charts are looked for.
-NEAR = 24
+NEAR, NEAR_OTHERS = 16, 24
+#: Feet this near, in steps of the samples, are the nearest.
+CLOSE = 0.05
 #: Starts in other parts of the surface that are as near as the nearest sample, or nearly so.
 APART_STARTS = 2
 #: Samples farther apart than this many lattice steps may lead to different feet.
@@ -55,6 +58,10 @@ class BoundedCharts(Charts):
     def boxes(self) -> CurvedBoxes:
         """Return boxes of pieces that cover the surface, each with a true bound of the curvatures on its piece."""
 
+    def rim(self) -> tuple[Float, Float] | None:
+        """Corners (R, 3) of boxes that together contain the surface's boundary; None if nothing is known of it."""
+        return None
+
 
 @dataclass(frozen=True)
 class ChartedSurface(ExactSurface):
@@ -82,33 +89,26 @@ class ChartedSurface(ExactSurface):
         Nearest to points nearer to the surface than its smallest radius of curvature; farther away a foot that is
         nearest among its neighbours, and the nearest of several.
         """
-        count = len(points)
-        result = Foot(
-            np.full(count, -1),
-            np.full((count, 2), np.nan),
-            np.full((count, 3), np.nan),
-            np.zeros(count, dtype=np.bool_),
-        )
+        result = Foot.none(len(points))
         known = np.flatnonzero(np.isfinite(points).all(axis=1))
         for start in range(0, len(known), CHUNK):
             chosen = known[start : start + CHUNK]
-            result.put(chosen, self._nearest(points[chosen]))
+            result.put(chosen, located(self, np.ascontiguousarray(points[chosen]).tobytes()))
         return result
 
     def _nearest(self, points: Float) -> Foot:
         """Feet of finite points."""
         table = samples(self.charts, self.steps)
-        near = table.nearest(points)
-        feet = self._from(points, near[:, 0])
-        for starts in table.apart(near):
-            self._improve(feet, points, starts)
+        first = table.nearest(points, 1)[:, 0]
+        feet = self._from(points, first)
+        # a nearer foot than one that is near would be on another sheet, too close to this one for samples to tell
+        far = np.flatnonzero(~(norm(feet.points - points) < CLOSE * table.step[first]))
+        self._improve(feet, points, far, table.apart(table.nearest(points[far], NEAR)))
         if len(self.charts) > 1:
             # the foot on a side may be the rim's, or the way to a neighbouring chart
             on_side = np.flatnonzero(feet.on_side)
-            here = Foot(*(values[on_side] for values in vars(feet).values()))
-            for starts in table.in_other_charts(here.points, here.chart):
-                self._improve(here, points[on_side], starts)
-            feet.put(on_side, here)
+            starts = table.in_other_charts(feet.points[on_side], feet.chart[on_side])
+            self._improve(feet, points, on_side, starts)
         return feet
 
     def _from(self, points: Float, starts: Int) -> Foot:
@@ -116,15 +116,14 @@ class ChartedSurface(ExactSurface):
         known = table.jets[:, starts]
         return descend(self.charts, table.polygons, points, table.chart[starts], table.at[starts], known)
 
-    def _improve(self, feet: Foot, points: Float, starts: Int) -> None:
-        """Replace feet by nearer ones found from samples ``starts`` (N,); -1 is no start."""
-        tried = np.flatnonzero(starts >= 0)
-        if not len(tried):
-            return
-        found = self._from(points[tried], starts[tried])
-        before, now = norm(feet.points[tried] - points[tried]), norm(found.points - points[tried])
-        better = (now < before) | (np.isnan(before) & ~np.isnan(now))
-        feet.put(tried[better], Foot(*(values[better] for values in vars(found).values())))
+    def _improve(self, feet: Foot, points: Float, rows: Int, starts: Sequence[Int]) -> None:
+        """Replace some rows of feet by nearer ones, if there are, found from samples (N,) each; -1 is no start."""
+        for start in starts:
+            tried = rows[start >= 0]
+            found = self._from(points[tried], start[start >= 0])
+            before, now = norm(feet.points[tried] - points[tried]), norm(found.points - points[tried])
+            better = (now < before) | (np.isnan(before) & ~np.isnan(now))
+            feet.put(tried[better], Foot(*(values[better] for values in vars(found).values())))
 
     def closest(self, points: Float) -> Float:
         """Nearest points of the surface, (N, 3); see :meth:`locate`."""
@@ -165,6 +164,25 @@ class ChartedSurface(ExactSurface):
         return bounds
 
 
+@lru_cache(maxsize=64)
+def located(surface: ChartedSurface, points: bytes) -> Foot:
+    """Locate finite points given by their bytes, so that normals and second forms of the same points cost no more."""
+    return surface._nearest(np.frombuffer(points).reshape(-1, 3))
+
+    def may_end(self, low: Float, high: Float) -> Bool:
+        """(N,) true for boxes that meet those of the surface's rim; for all boxes if its place is not known."""
+        rim = self.charts.rim() if isinstance(self.charts, BoundedCharts) else None
+        if rim is None:
+            return super().may_end(low, high)
+        ends = np.zeros(len(low), dtype=np.bool_)
+        for start in range(0, len(low), CHUNK):
+            some = slice(start, start + CHUNK)
+            # as above
+            apart = (low[some, None] > rim[1]) | (high[some, None] < rim[0])
+            ends[some] = (~apart.any(axis=2)).any(axis=1)
+        return ends
+
+
 @lru_cache(maxsize=8)
 def bounded_pieces(charts: BoundedCharts) -> CurvedBoxes:
     """Return the boxes of charts, remembered."""
@@ -202,9 +220,9 @@ class Samples:
         places: Float = self.jets[0]
         return places
 
-    def nearest(self, points: Float) -> Int:
-        """Samples (N, k) nearest to points, the nearest first."""
-        _, near = self.tree.query(points, k=np.arange(1, min(NEAR, len(self.points)) + 1))
+    def nearest(self, points: Float, count: int) -> Int:
+        """Samples (N, count) nearest to points, the nearest first; fewer if there are not so many."""
+        _, near = self.tree.query(points, k=np.arange(1, min(count, len(self.points)) + 1))
         ids: Int = np.asarray(near, dtype=np.int64)
         return ids
 
@@ -225,7 +243,7 @@ class Samples:
 
     def in_other_charts(self, points: Float, chart: Int) -> list[Int]:
         """Starts (N,) in charts other than ``chart`` (N,), nearest first, each in another; -1 where there is none."""
-        near = self.nearest(points)
+        near = self.nearest(points, NEAR_OTHERS)
         of = self.chart[near]
         allowed = of != chart[:, None]
         starts = []
