@@ -163,12 +163,6 @@ class ChartedSurface(ExactSurface):
             bounds[some] = np.where(meet, pieces.bound, 0.0).max(axis=1)
         return bounds
 
-
-@lru_cache(maxsize=64)
-def located(surface: ChartedSurface, points: bytes) -> Foot:
-    """Locate finite points given by their bytes, so that normals and second forms of the same points cost no more."""
-    return surface._nearest(np.frombuffer(points).reshape(-1, 3))
-
     def may_end(self, low: Float, high: Float) -> Bool:
         """(N,) true for boxes that meet those of the surface's rim; for all boxes if its place is not known."""
         rim = self.charts.rim() if isinstance(self.charts, BoundedCharts) else None
@@ -179,8 +173,14 @@ def located(surface: ChartedSurface, points: bytes) -> Foot:
             some = slice(start, start + CHUNK)
             # as above
             apart = (low[some, None] > rim[1]) | (high[some, None] < rim[0])
-            ends[some] = (~apart.any(axis=2)).any(axis=1)
+            ends[some] = np.any(~np.any(apart, axis=2), axis=1)
         return ends
+
+
+@lru_cache(maxsize=64)
+def located(surface: ChartedSurface, points: bytes) -> Foot:
+    """Locate finite points given by their bytes, so that normals and second forms of the same points cost no more."""
+    return surface._nearest(np.frombuffer(points).reshape(-1, 3))
 
 
 @lru_cache(maxsize=8)

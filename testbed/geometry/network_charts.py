@@ -4,12 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.geometry.bernstein import subdivide_curve
 from testbed.geometry.charted import ChartedMesh, triangle_fan
 from testbed.geometry.charted_surface import BoundedCharts, CurvedBoxes
 from testbed.geometry.jets import ROWS, Jet
-from testbed.geometry.network_bounds import curved_boxes
+from testbed.geometry.network_bounds import ROUNDING, curved_boxes
+from testbed.geometry.simplex_bernstein import side_places
 from testbed.geometry.spline_network import SplineNetwork
 from testbed.geometry.vectors import Float, Int
+
+#: Halvings of the boundary curves for the boxes of the rim.
+RIM_HALVINGS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +60,25 @@ class NetworkCharts(BoundedCharts):
         boxes = [curved_boxes(patches) for patches in self.network.parts]
         low, high, bound = (np.concatenate([getattr(one, name) for one in boxes]) for name in ("low", "high", "bound"))
         return CurvedBoxes(low, high, bound)
+
+    def rim(self) -> tuple[Float, Float]:
+        """Boxes (R, 3) of pieces of the sides of patches that have no neighbour."""
+        mesh, network = self.network.mesh, self.network
+        corners, patch = network.sides_of_patches()
+        beyond = mesh.twin[corners]
+        ends = (beyond < 0) | ~np.isin(mesh.face[beyond], network.faces)
+        side = corners - mesh.first_corner[mesh.face[corners]]
+        low, high = [np.empty((0, 3))], [np.empty((0, 3))]
+        for number, patches in enumerate(network.parts):
+            here = ends & (network.part[patch] == number)
+            places = side_places(patches.sides, patches.depth)[side[here]]
+            curves = patches.control_points[network.index[patch[here]][:, None], places]
+            for _ in range(RIM_HALVINGS):
+                curves = np.concatenate(subdivide_curve(curves))
+            loose = ROUNDING * np.abs(curves).max(initial=0.0)
+            low.append(curves.min(axis=1) - loose)
+            high.append(curves.max(axis=1) + loose)
+        return np.concatenate(low), np.concatenate(high)
 
 
 def charted_network(network: SplineNetwork) -> ChartedMesh:

@@ -56,6 +56,16 @@ def simplex_raised(sides: int, degree: int) -> Int:
     return places
 
 
+@cache
+def side_places(sides: int, degree: int) -> Int:
+    """Places (n, degree + 1) of the control points along side i, from corner i to corner i + 1; read-only."""
+    unit = np.eye(sides, dtype=np.int64)
+    k = np.arange(degree + 1)[:, None]
+    places = simplex_places((degree - k) * unit[:, None] + k * np.roll(unit, -1, axis=0)[:, None])
+    places.flags.writeable = False
+    return places
+
+
 def blossom_step(table: Float, sides: int, degree: int, argument: Float) -> Float:
     """Give a blossom one argument more.
 

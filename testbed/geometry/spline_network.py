@@ -66,6 +66,13 @@ class SplineNetwork:
         """(P,) number of sides of each patch."""
         return self.mesh.sizes[self.faces]
 
+    def sides_of_patches(self) -> tuple[Int, Int]:
+        """Corners (K,) of the control mesh that the sides of patches leave, and the patch of each, (K,)."""
+        patch = np.full(len(self.mesh.faces), -1)
+        patch[self.faces] = np.arange(len(self))
+        (corners,) = np.nonzero(patch[self.mesh.face] >= 0)
+        return corners, patch[self.mesh.face[corners]]
+
 
 def spline_network(mesh: PolygonMesh) -> SplineNetwork:
     """Build the patches of a control mesh.

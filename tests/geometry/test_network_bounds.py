@@ -15,7 +15,7 @@ from testbed.geometry.network_bounds import curvature_bounds, curved_boxes, halv
 from testbed.geometry.network_charts import NetworkCharts
 from testbed.geometry.s_patches import SPatches
 from testbed.geometry.spline_network import spline_network
-from testbed.geometry.vectors import Bool, Float
+from testbed.geometry.vectors import Bool, Float, norm
 
 #: Polygons and their rational triangles' degrees.
 DEGREES = {3: 6, 4: 6, 5: 18}
@@ -134,3 +134,23 @@ def test_a_network_bounds_its_surface_everywhere() -> None:
     most = max(float(boxes.max()) for boxes in (curved_boxes(part).bound for part in network.parts))
     assert everywhere[0] == most
     assert surface.curvature_bound(np.full((1, 3), 8.0), np.full((1, 3), 9.0))[0] == 0.0
+
+
+def test_only_boxes_at_the_rim_may_hold_an_end_of_the_surface() -> None:
+    closed = ChartedSurface(NetworkCharts(spline_network(cuboctahedron())))
+    everywhere = np.full((1, 3), -9.0), np.full((1, 3), 9.0)
+    assert not closed.may_end(*everywhere).any()
+    # nine patches over [1, 4]^2, whose sides outside are the rim
+    charts = NetworkCharts(spline_network(grid(5, 5)))
+    surface = ChartedSurface(charts)
+    assert surface.may_end(*everywhere).all()
+    jet = charts.jets(np.arange(len(charts)), np.zeros((len(charts), 2)), 0)
+    about = surface.may_end(jet.f - 0.2, jet.f + 0.2)
+    assert not about.any()
+    wide = surface.may_end(jet.f - 0.7, jet.f + 0.7)
+    middle = norm(jet.f[:, :2] - 2.5) < 0.5
+    assert np.array_equal(wide, ~middle)
+    # points of the rim are in its boxes
+    polygon = charts.polygon(0)
+    corners = charts.jets(np.zeros(4, dtype=np.int64), polygon, 0).f
+    assert surface.may_end(corners, corners).sum() == 3
