@@ -129,6 +129,7 @@ def comparison(grid: Grid, dataset: str, level: int) -> Table:
     shown = quantities(grid, dataset)
     rows = grid.at(dataset, level)
     marks = {one.column: best(rows, one, grid.shape(dataset)) for one in shown}
+    enclosed = enclosures(grid.columns)
     table = []
     for position, (scheme, row) in enumerate(zip(grid.schemes, rows, strict=True)):
         if not grid.planned(scheme, dataset):
@@ -138,7 +139,10 @@ def comparison(grid: Grid, dataset: str, level: int) -> Table:
             continue
         order = order_entry(grid, scheme, dataset, "distance_max")
         order = replace(order, text=f"{order.text} {order.place}".strip(), place="")
-        entries = (order if one.column == ORDER else _of(row, one.column, percent=one.percent) for one in shown)
+        entries = (
+            order if one.column == ORDER else _of(row, one.column, percent=one.percent, bounds=enclosed.get(one.column))
+            for one in shown
+        )
         marked = (replace(found, best=position in marks[one.column]) for found, one in zip(entries, shown, strict=True))
         table.append(SchemeRow(position, scheme, tuple(marked)))
     meanings = _meanings(grid)
@@ -212,14 +216,16 @@ def every_level(grid: Grid, dataset: str) -> Table:
     """Return the table of all cells of a dataset with all columns, the places of the extremes beside them."""
     rows = list(grid.on(dataset))
     hosts = _hosts(grid.columns)
-    beside = {name for pair in hosts.values() for name in pair} | {"scheme", "dataset", "level", "status", "reason"}
+    enclosed = enclosures(grid.columns)
+    beside = {name for pairs in (hosts, enclosed) for pair in pairs.values() for name in pair}
+    beside |= {"scheme", "dataset", "level", "status", "reason"}
     beside |= {"notes"} if "fallbacks" in grid.columns else set()
     names = [name for name in grid.columns if name not in beside and any(row[name] not in (None, "") for row in rows)]
     table = []
     positions = {scheme: position for position, scheme in enumerate(grid.schemes)}
     for row in rows:
         why = "" if is_ok(row) else trouble(row)
-        entries = () if why else tuple(_of(row, name, hosts.get(name)) for name in names)
+        entries = () if why else tuple(_of(row, name, hosts.get(name), bounds=enclosed.get(name)) for name in names)
         table.append(SchemeRow(positions[row["scheme"]], row["scheme"], entries, why, row["level"]))
     meanings = _meanings(grid)
     return Table((), tuple((name, meanings.get(name, "")) for name in names), tuple(table))
@@ -237,14 +243,41 @@ def _hosts(columns: Sequence[str]) -> Mapping[str, tuple[str, str]]:
     return result
 
 
-def _of(row: Row, column: str, place: tuple[str, str] | None = None, *, percent: bool = False) -> Entry:
+def enclosures(columns: Sequence[str]) -> Mapping[str, tuple[str, str]]:
+    """Return for each column with guaranteed bounds the columns of its lower and its upper bound.
+
+    >>> enclosures(("gauss_max", "gauss_max_low", "gauss_max_high", "epsilon_deg", "epsilon_low_deg"))
+    {'gauss_max': ('gauss_max_low', 'gauss_max_high')}
+    """
+    result = {}
+    for name in columns:
+        stem, unit = (name.removesuffix("_deg"), "_deg") if name.endswith("_deg") else (name, "")
+        pair = (f"{stem}_low{unit}", f"{stem}_high{unit}")
+        if all(bound in columns for bound in pair):
+            result[name] = pair
+    return result
+
+
+def _of(
+    row: Row,
+    column: str,
+    place: tuple[str, str] | None = None,
+    *,
+    percent: bool = False,
+    bounds: tuple[str, str] | None = None,
+) -> Entry:
+    """Return the entry of a value, with its place beside it and its guaranteed bounds to point at."""
     where = ""
     if column == "fallbacks":
         where = str(row.get("notes") or "")
     elif place is not None and row[place[0]] not in (None, -1):
         coordinates = " ".join(_coordinate(text) for text in str(row[place[1]] or "").split(";"))
         where = f"face {row[place[0]]} ({coordinates})"
-    return entry(row[column], where, percent=percent)
+    found = entry(row[column], where, percent=percent)
+    if bounds is None or any(row[bound] is None for bound in bounds):
+        return found
+    low, high = (float(row[bound]) for bound in bounds)
+    return replace(found, exact=f"{found.exact}; guaranteed from {low!r} to {high!r}")
 
 
 def _coordinate(text: str) -> str:

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from testbed.harness.cell import Outcome
+from testbed.plugins.measure import Column
 from testbed_reports.formatting import Entry
 from testbed_reports.grid import Grid, Row
 from testbed_reports.orders import every_order
@@ -158,6 +159,23 @@ def test_without_exact_surface_its_columns_are_left_out() -> None:
         "Largest normal jump ε",
         "Gaussian curvature, max and min",
     ]
+
+
+def test_guaranteed_bounds_stand_with_their_value_and_in_no_column_of_their_own() -> None:
+    bounds = (Column("gauss_max_low", "lower bound"), Column("gauss_max_high", "upper bound"))
+
+    def make(scheme: str, dataset: str, level: int) -> Outcome:
+        done = good(scheme, dataset, level)
+        return done if scheme == "p2" else good(scheme, dataset, level, gauss_max_low=1.0, gauss_max_high=3.5)
+
+    found = Grid.of(results(("p2", "p4"), ("ball",), 1, make, columns=(*COLUMNS, *bounds)))
+    whole, compared = every_level(found, "ball"), comparison(found, "ball", 0)
+    names = [name for name, _ in whole.headings]
+    assert not [name for name in names if name.endswith(("_low", "_high"))]
+    without_bounds, with_bounds = (row.entries[names.index("gauss_max")].exact for row in whole.rows)
+    assert without_bounds == "3.0"
+    assert with_bounds == "3.0; guaranteed from 1.0 to 3.5"
+    assert with_bounds in {entry.exact for entry in compared.rows[1].entries}
 
 
 def test_levels_left_out_of_the_fit_are_hollow() -> None:
