@@ -126,7 +126,7 @@ def _polished(polynomial: Evaluated, starts: Float, low: Float, high: Float) -> 
             return None
         points, hessian, gradient = points[known], jet.hessian[known], jet.gradient[known]
         # least squares: where a curve or a surface is singular the Hessian is too
-        step = np.einsum("nij,nj->ni", np.linalg.pinv(hessian, rcond=1e-6, hermitian=True), gradient)
+        step = np.einsum("nij,nj->ni", np.linalg.pinv(hessian, rcond=1e-12, hermitian=True), gradient)
         length = norm(step)
         points = points - step * np.minimum(1.0, 0.25 * size / np.maximum(length, 1e-300))[:, None]
         if (length <= 1e-15 * size).all():

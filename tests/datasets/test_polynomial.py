@@ -163,7 +163,16 @@ def test_a_singular_point_is_found(text: str, place: list[float]) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["x*y*z", "y^2-x^2*(x+1)", "(x^2+y^2+z^2-1)^2", "(x^2+y^2+z^2-1)^3", "(x^2+y^2-1)*(z-0.3)", "(x+2*y)^2", "x^5"],
+    [
+        "x*y*z",
+        "y^2-x^2*(x+1)",
+        "(x^2+y^2+z^2-1)^2",
+        "(x^2+y^2+z^2-1)^3",
+        "(x^2+y^2-1)*(z-0.3)",
+        "(x+2*y)^2",
+        "x^5",
+        "x*(x-z^3-x*z)",
+    ],
 )
 def test_on_singular_curves_and_surfaces_a_point_is_found(text: str) -> None:
     evaluated = over(text)
