@@ -22,24 +22,25 @@ from testbed.approximation.criteria import (
 )
 from testbed.approximation.division import Splitting
 from testbed.approximation.history import Approximation, Levels, Step, Stop, control_point_counts, smallest_angle
+from testbed.approximation.longest_edge import LongestEdge
 from testbed.approximation.sampled import start_mesh
-from testbed.approximation.templates import Template
 from testbed.errors import MeshError, Refused, TestbedError
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh_checks import named
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, norm
+from testbed.geometry.vectors import Bool, Float, cross, norm
 from testbed.plugins.dataset import Dataset
 from testbed.plugins.scheme import Scheme
 
 #: Called with the record of every mesh as it is done.
 Note: TypeAlias = Callable[[Step], None]
 
-#: A step makes progress if what exceeds its bound falls below this part of what it was.
+#: A step makes progress if what exceeds its bound falls below this part of what it was: the largest angle or distance,
+#: the length of the edges or the area of the faces.
 PROGRESS: Final = 0.99
 #: Angles below this times the size of the coordinates over the shortest edge, and distances below this times the size
 #: of the coordinates, are rounding.
-ROUNDING: Final = 64.0 * float(np.finfo(np.float64).eps)
+ROUNDING: Final = 256.0 * float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,10 @@ class Limits:
         Refinements in a row without progress.
     """
 
-    steps: int = 20
+    steps: int = 40
     faces: int = 50_000
     angle: float = math.radians(0.5)
-    patience: int = 4
+    patience: int = 8
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,13 +153,19 @@ class Measured:
 
     @property
     def exceeding(self) -> tuple[float, float, float, float]:
-        """The largest angle and distance above their bounds, minus infinity where none is, and how many there are."""
+        """The largest angle and distance above their bounds, minus infinity where none is, and where this is so.
+
+        The latter as the length of the jumping edges between faces and the area of the distant faces.
+        """
         angle, distance = self.angles[self.jumping], self.distances.values[self.distant]
+        mesh = self.surface.mesh
+        ends = mesh.points[mesh.edges[edges_that_jump(mesh, self.jumps.edges, self.jumping)]]
+        corners = mesh.corner_points()[self.distant]
         return (
             float(angle.max(initial=-math.inf)),
             float(distance.max(initial=-math.inf)),
-            float(len(angle)),
-            float(len(distance)),
+            float(norm(ends[:, 1] - ends[:, 0]).sum()),
+            float(norm(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).sum() / 2.0),
         )
 
 
@@ -182,7 +189,9 @@ def approximate(
     target
         The bounds.
     splitting
-        How triangles are split; by the thesis's templates if not given.
+        How triangles are split; at longest edges if not given. The thesis's templates make up to a third fewer faces
+        where all goes well (80 instead of 112 on the ellipsoid to 0.4 degrees, 1280 instead of 1904 on the branch
+        surface to 0.04), and triangles with angles of a degree, over which patches fold, on the offset surface.
     limits
         Where to give up.
     note
@@ -203,7 +212,7 @@ def approximate(
         raise Refused(f"{dataset} has charts and no exact surface to measure distances from: give it one")
     if 3 not in scheme.domain:
         raise Refused(f"{scheme} takes no triangles, and only these are split: choose a scheme for triangles")
-    splitting, limits = splitting or Template(), limits or Limits()
+    splitting, limits = splitting or LongestEdge(), limits or Limits()
     mesh = sampled.mesh
     levels, worst = Levels.of_start(mesh), list[tuple[float, ...]]()
     result = Approximation.of_start(mesh, levels)
@@ -283,8 +292,10 @@ def _place(measured: Measured) -> str:
         left, right = (side.face[worst] for side in (measured.jumps.edges.left, measured.jumps.edges.right))
         words.append(f"epsilon is {math.degrees(angles[worst]):.3g} degrees between faces {left} and {right}")
     if measured.distant.any():
-        face = int(measured.distances.values.argmax())
-        words.append(f"the distance is {measured.distances.values[face]:.3g} in {named(mesh.faces, face)}")
+        apart = measured.distances
+        face = int(np.where(measured.distant, apart.low, -1.0).argmax())
+        bounds = f"{apart.low[face]:.3g}" + (f" to {apart.high[face]:.3g}" if math.isfinite(apart.high[face]) else "")
+        words.append(f"the distance is {bounds} in {named(mesh.faces, face)}")
     return " and ".join(words)
 
 

@@ -113,16 +113,20 @@ def distances(surface: Surface, exact: ExactSurface, allowed: float | None) -> D
     surface, exact
         The surfaces.
     allowed
-        The distance that faces are compared with: bounds are refined until they tell which exceed it. None to know all
-        faces about as well as the worst.
+        The distance that faces are compared with: bounds are refined until they tell which exceed it. None to sample
+        the distances only.
     """
-    low, high = largest_distance(surface, exact, Aim(0.0, SHARPNESS))
-    if math.isfinite(high):
-        tolerance = SHARPNESS * (low if allowed is None else allowed)
-        bounds = face_distances(surface, exact, tolerance, threshold=allowed)
-        return Distances(bounds.low, bounds.high, (low, high))
     found = sampled_distances(surface, exact)
-    return Distances(found, np.full_like(found, np.inf), (largest(found), math.inf))
+    most = largest(found)
+    low, high = np.zeros(len(found)), np.full(len(found), np.inf)
+    if allowed is not None:
+        bounds = face_distances(surface, exact, SHARPNESS * allowed, threshold=allowed)
+        low, high = bounds.low, bounds.high
+    if not np.isfinite(high).all():
+        return Distances(np.maximum(low, found), high, (most, math.inf))
+    # of faces that are too far away the bounds above may be rough
+    together = largest_distance(surface, exact, Aim(0.0, SHARPNESS))
+    return Distances(np.maximum(low, found), high, (max(most, together[0]), min(float(high.max()), together[1])))
 
 
 def sampled_distances(surface: Surface, exact: ExactSurface) -> Float:

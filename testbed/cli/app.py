@@ -300,15 +300,15 @@ def approximate(
     ] = None,
     scheme: Annotated[
         str, typer.Option("-s", "--scheme", metavar="SCHEME", help="A scheme, as name or name\\[field=value,...].")
-    ] = "cubic-interpolant",
+    ] = "cubic-interpolant[boundary=hermite[guard=(0.15 0.75)],reach=0.2]",
     split: Annotated[
-        str, typer.Option(metavar="RULE", help="How triangles are split: template (Mann 1992) or longest-edge.")
-    ] = "template",
+        str, typer.Option(metavar="RULE", help="How triangles are split: longest-edge, or template (Mann 1992).")
+    ] = "longest-edge",
     criterion: Annotated[
         str,
         typer.Option(metavar="HOW", help="The angle counts anywhere on an edge (exact) or at ten places (sampled)."),
     ] = "exact",
-    steps: Annotated[int, typer.Option(min=0, metavar="N", help="Most refinements.")] = 20,
+    steps: Annotated[int, typer.Option(min=0, metavar="N", help="Most refinements.")] = 40,
     most_faces: Annotated[int, typer.Option(min=1, metavar="N", help="Most faces of a mesh.")] = 50_000,
     least_angle: Annotated[float, typer.Option(min=0.0, metavar="DEG", help="Smallest angle of a face.")] = 0.5,
     output: Directory = Path("approximation"),
@@ -322,6 +322,24 @@ def approximate(
 
     task = Task(dataset, scheme, epsilon, distance, split, criterion, steps, most_faces, least_angle, output)
     raise typer.Exit(approximate_command(task, as_json=as_json))
+
+
+@app.command(epilog="[dim]Example:[/dim]  testbed costs branch")
+def costs(
+    dataset: Annotated[
+        str, typer.Argument(metavar="DATASET", help="A network of S-patches: branch, ring or network:PATH.")
+    ],
+    *,
+    triangles: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Cubic triangles to compare with. Default: as many as are published."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Count what S-patches cost to store and to evaluate, and cubic triangles in their place."""
+    from testbed.cli.costing import costs_command
+
+    costs_command(dataset, triangles, as_json=as_json)
 
 
 def main() -> None:

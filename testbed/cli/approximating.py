@@ -131,23 +131,26 @@ def _origin(task: Task, dataset: Dataset, scheme: Scheme) -> dict[str, Any]:
 
 def _print(console: Console, found: Approximation, task: Task) -> None:
     table = Table(box=None, pad_edge=False)
-    for heading in (
+    headings = (
         "step",
         "faces",
         "patches",
-        "control points",
+        "points",
         "shared",
         "epsilon °",
-        "at ten samples",
+        "at ten °",
         "distance",
-        "smallest angle °",
-        "edges to split",
+        "angle °",
+        "split",
         "s",
-    ):
-        table.add_column(heading, justify="right")
+    )
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
     for step in found.history:
         angle = _least(step.epsilon_deg, certified=step.epsilon_certified)
         apart = _least(step.distance, certified=step.distance_certified)
+        if step.distance_certified:
+            apart = f"{step.distance_found:.3g}..{apart}"
         table.add_row(
             str(step.step),
             str(step.faces),
@@ -172,22 +175,24 @@ def _print(console: Console, found: Approximation, task: Task) -> None:
     console.print(f"faces: {levels}", highlight=False)
     for kind, count in sorted((found.surface.notes if found.surface else {}).items()):
         console.print(f"fallbacks on the last mesh: {count} {kind}", markup=False)
-    for line in _uncertified(found):
+    for line in _uncertified(found, task):
         console.print(line, markup=False)
     style = "green" if found.reached else "bold red"
     verdict = "reached" if found.reached else f"not reached ({found.stop})"
     console.print(f"[{style}]{verdict}[/]: {escape(found.reason)}", highlight=False)
 
 
-def _uncertified(found: Approximation) -> list[str]:
+def _uncertified(found: Approximation, task: Task) -> list[str]:
     """Return what is not guaranteed about the last surface, a line each."""
     if not found.history:
         return []
     last, lines = found.history[-1], []
     if not last.epsilon_certified:
         lines.append("~ epsilon is sampled and searched only: there is no guaranteed bound for patches of this kind")
-    if not last.distance_certified:
-        lines.append("~ distances are sampled only: there is no guaranteed bound for this surface or these patches")
+    if task.distance is None:
+        lines.append("~ distances are sampled only: --distance asks for a bound of them")
+    elif not last.distance_certified:
+        lines.append("~ distances are sampled only: no bound is known for this exact surface or patches of this kind")
     return lines
 
 
