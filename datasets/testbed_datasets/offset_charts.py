@@ -19,7 +19,7 @@ from testbed.geometry.bernstein import subdivide_tensor
 from testbed.geometry.charted_surface import BoundedCharts, CurvedBoxes
 from testbed.geometry.jets import ROWS, Jet
 from testbed.geometry.taylor import Taylor
-from testbed.geometry.vectors import Float, Int, as_float, norm
+from testbed.geometry.vectors import Bool, Float, Int, as_float, norm
 from testbed_datasets.bicubic_spline import BicubicSpline
 from testbed_datasets.principal_bounds import area_vectors, middle_normals, principal_bounds, quarters
 
@@ -98,35 +98,54 @@ class OffsetSpline(BoundedCharts):
         return offset_jet(self.spline, self.distance, at, order)
 
     def boxes(self) -> CurvedBoxes:
-        """Boxes (B, 3) of the offset's pieces over parts of the spline's patches, with bounds of the curvature.
+        """Boxes (B, 3) of the offset's pieces over parts of the spline's patches, with bounds of the curvature."""
+        return curved_pieces(self)[0]
 
-        A piece of the spline lies in the box of its control points, and its normals are between the extremes of their
-        area vectors' coefficients, divided by bounds of the length.
-        """
-        nets = extended_patches(self.spline, self.margin)
-        for _ in range(HALVINGS):
-            nets = quarters(nets)
-        low, high = principal_bounds(nets)
-        d = self.distance
-        with np.errstate(divide="ignore", invalid="ignore"):  # beyond the focal distance nothing is bounded
-            ends = np.stack([np.where(1.0 + d * k > 0.0, np.abs(k / (1.0 + d * k)), np.inf) for k in (low, high)])
-        bound = np.where(np.isnan(ends), np.inf, ends).max(axis=0) * (1.0 + ROUNDING)
+    def rim(self) -> tuple[Float, Float]:
+        """Boxes (R, 3) of the pieces at the sides of the polygon."""
+        pieces, outermost = curved_pieces(self)
+        return pieces.low[outermost], pieces.high[outermost]
 
-        area = area_vectors(nets)
-        shortest = np.einsum("pijx,px->pij", area, middle_normals(area)).min(axis=(1, 2))
-        longest = norm(area).max(axis=(1, 2))
-        least, most = area.min(axis=(1, 2)), area.max(axis=(1, 2))
-        # where the area may vanish, all that is known of a unit vector is its length
-        known = (shortest > 0.0)[:, None]
-        by_length = 1.0 / np.stack([np.where(shortest > 0.0, shortest, 1.0), longest])[..., None]
-        turned = np.stack([least * by_length[0], least * by_length[1], most * by_length[0], most * by_length[1]])
-        n_low, n_high = np.where(known, turned.min(axis=0), -1.0), np.where(known, turned.max(axis=0), 1.0)
-        moved = np.stack([d * np.clip(n_low, -1.0, 1.0), d * np.clip(n_high, -1.0, 1.0)])
-        loose = ROUNDING * (np.abs(nets).max() + abs(d))
-        corners = nets.reshape(len(nets), -1, 3)
-        return CurvedBoxes(
-            corners.min(axis=1) + moved.min(axis=0) - loose, corners.max(axis=1) + moved.max(axis=0) + loose, bound
-        )
+
+@lru_cache(maxsize=8)
+def curved_pieces(offset: OffsetSpline) -> tuple[CurvedBoxes, Bool]:
+    """Bound the offset of pieces of the spline; and which (B,) are at the sides of the polygon. Remembered."""
+    nets = extended_patches(offset.spline, offset.margin)
+    column, row = (index.ravel() for index in np.indices((offset.spline.cells, offset.spline.cells)))
+    for _ in range(HALVINGS):
+        nets = quarters(nets)
+        # in the order of the quarters: first along u, then along v
+        column, row = np.tile(np.concatenate([2 * column, 2 * column + 1]), 2), np.tile(row, 2)
+        row = np.concatenate([2 * row, 2 * row + 1])
+    last = 2**HALVINGS * offset.spline.cells - 1
+    outermost: Bool = (column == 0) | (column == last) | (row == 0) | (row == last)
+    low, high = principal_bounds(nets)
+    d = offset.distance
+    with np.errstate(divide="ignore", invalid="ignore"):  # beyond the focal distance nothing is bounded
+        ends = np.stack([np.where(1.0 + d * k > 0.0, np.abs(k / (1.0 + d * k)), np.inf) for k in (low, high)])
+    bound = np.where(np.isnan(ends), np.inf, ends).max(axis=0) * (1.0 + ROUNDING)
+    normals = d * normal_boxes(nets)
+    corners = nets.reshape(len(nets), -1, 3)
+    loose = ROUNDING * (np.abs(nets).max() + abs(d))
+    lower = corners.min(axis=1) + normals.min(axis=0) - loose
+    return CurvedBoxes(lower, corners.max(axis=1) + normals.max(axis=0) + loose, bound), outermost
+
+
+def normal_boxes(nets: Float) -> Float:
+    """Boxes of the unit normals of patches (P, 4, 4, 3): their lower and upper corners, (2, P, 3).
+
+    A normal is an area vector, which is between the extremes of the coefficients, over its length.
+    """
+    area = area_vectors(nets)
+    shortest = np.einsum("pijx,px->pij", area, middle_normals(area)).min(axis=(1, 2))
+    longest = norm(area).max(axis=(1, 2))
+    # where the area may vanish, all that is known of a unit vector is its length
+    known = (shortest > 0.0)[:, None]
+    lengths = np.stack([np.where(shortest > 0.0, shortest, 1.0), longest])[:, :, None]
+    quotients = np.concatenate([area.min(axis=(1, 2)) / lengths, area.max(axis=(1, 2)) / lengths])
+    low, high = np.where(known, quotients.min(axis=0), -1.0), np.where(known, quotients.max(axis=0), 1.0)
+    boxes: Float = np.clip(np.stack([low, high]), -1.0, 1.0)
+    return boxes
 
 
 @lru_cache(maxsize=8)

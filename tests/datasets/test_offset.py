@@ -10,6 +10,7 @@ import pytest
 from scipy.interpolate import NdBSpline
 
 from testbed.errors import SpecError
+from testbed.geometry.charted import Charts
 from testbed.geometry.charted_surface import ChartedSurface
 from testbed.geometry.curvature import principal, second_form_matrix
 from testbed.geometry.jets import Jet
@@ -26,7 +27,7 @@ def parameters(count: int, seed: int = 0) -> Float:
     return np.random.default_rng(seed).uniform(0.0, 3.0, (count, 2))
 
 
-def many_jets(charts: OffsetSpline, at: Float, order: int = 2) -> Jet:
+def many_jets(charts: Charts, at: Float, order: int = 2) -> Jet:
     return charts.jets(np.zeros(len(at), dtype=np.int64), at, order)
 
 
@@ -324,3 +325,16 @@ def test_curvature_bounds_hold_in_boxes(distance: float) -> None:
     whole = surface.curvature_bound(jet.f.min(axis=0)[None], jet.f.max(axis=0)[None])
     assert curvature.max() <= whole[0] < 1.3 * curvature.max()
     assert surface.curvature_bound(np.full((1, 3), 50.0), np.full((1, 3), 51.0))[0] == 0.0
+
+
+def test_the_surface_ends_at_the_sides_of_its_polygon_only() -> None:
+    surface = Offset().surface
+    t = np.linspace(-0.25, 3.25, 200)
+    low, high = np.full(200, -0.25), np.full(200, 3.25)
+    rim = np.concatenate([np.stack(side, axis=-1) for side in ((t, low), (t, high), (low, t), (high, t))])
+    on_rim = many_jets(surface.charts, rim, 0).f
+    assert surface.may_end(on_rim, on_rim).all()
+    # not on the mesh, nor a little around it
+    inside = many_jets(surface.charts, parameters(500), 0).f
+    assert not surface.may_end(inside, inside).any()
+    assert surface.may_end(inside - 0.05, inside + 0.05).mean() < 0.1
