@@ -122,17 +122,14 @@ class Measured:
 
     @cached_property
     def distant(self) -> Bool:
-        """(F,) which faces exceed their bound; what is not a number does."""
-        return ~(self.distances.values <= self._allowed)
+        """(F,) which faces exceed their bound, if there is one; what is not a number does."""
+        allowed = self.target.distance
+        return np.zeros(len(self.distances.low), np.bool_) if allowed is None else ~(self.distances.values <= allowed)
 
     @cached_property
     def far(self) -> Bool:
         """(F,) which faces exceed it many times over."""
-        return ~(self.distances.low <= FAR * self._allowed)
-
-    @property
-    def _allowed(self) -> float:
-        return math.inf if self.target.distance is None else self.target.distance
+        return self.distant & ~(self.distances.low <= FAR * (self.target.distance or math.inf))
 
     @property
     def edge_angles(self) -> Float:

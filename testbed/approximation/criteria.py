@@ -136,7 +136,8 @@ def sampled_distances(surface: Surface, exact: ExactSurface) -> Float:
         at = lattice(part.batch.sides, LATTICE_STEPS)
         for some in chunks(len(part.batch), len(at)):
             points = part.batch.take(some).jets(at, 0).f
-            np.maximum.at(result, part.faces[some], norm(points - projected(exact, points)).max(axis=1))
+            with np.errstate(invalid="ignore"):  # NaN stays
+                np.maximum.at(result, part.faces[some], norm(points - projected(exact, points)).max(axis=1))
     return result
 
 

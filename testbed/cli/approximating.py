@@ -81,7 +81,6 @@ def approximate_command(task: Task, *, as_json: bool) -> int:
     limits = Limits(task.steps, task.faces, math.radians(task.angle))
     dataset, scheme = registry.dataset(task.dataset), registry.scheme(task.scheme)
     bounds = f"epsilon {task.epsilon:g} degrees" + (f", distance {task.distance:g}" if task.distance else "")
-    console.print(f"{scheme} on {dataset}: {bounds}, in {task.directory}/", markup=False)
     with console.status("start mesh") as status:
         found = approximate(
             dataset,
@@ -91,6 +90,7 @@ def approximate_command(task: Task, *, as_json: bool) -> int:
             limits=limits,
             note=lambda step: status.update(f"{step.step} refinements, {step.faces} faces: {_bounds(step)}"),
         )
+    console.print(f"{scheme} on {dataset}: {bounds}, in {task.directory}/", markup=False)
     written = list(write_approximation(task.directory, found, _origin(task, dataset, scheme)))
     title = f"{scheme} on {dataset}"
     written.append(write_refinement_plot(task.directory, found, title))
