@@ -31,6 +31,8 @@ APART = 4.0
 NEIGHBOURS = 7
 #: Points projected at once, so that all that belongs to them stays in the processor's cache.
 CHUNK = 4096
+#: Boxes compared with all others at once, likewise.
+BOXES = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,27 +156,33 @@ class ChartedSurface(ExactSurface):
         if not isinstance(self.charts, BoundedCharts):
             return super().curvature_bound(low, high)
         pieces = bounded_pieces(self.charts)
-        bounds = np.zeros(len(low))
-        for start in range(0, len(low), CHUNK):
-            some = slice(start, start + CHUNK)
-            # written so that a NaN meets everything: it is never a pass
-            apart = (low[some, None] > pieces.high) | (high[some, None] < pieces.low)
-            meet = ~apart.any(axis=2)
-            bounds[some] = np.where(meet, pieces.bound, 0.0).max(axis=1)
-        return bounds
+        first = first_met(low, high, pieces.low, pieces.high)
+        return np.where(first < 0, 0.0, pieces.bound[first])
 
     def may_end(self, low: Float, high: Float) -> Bool:
         """(N,) true for boxes that meet those of the surface's rim; for all boxes if its place is not known."""
-        rim = self.charts.rim() if isinstance(self.charts, BoundedCharts) else None
+        rim = bounded_rim(self.charts) if isinstance(self.charts, BoundedCharts) else None
         if rim is None:
             return super().may_end(low, high)
-        ends = np.zeros(len(low), dtype=np.bool_)
-        for start in range(0, len(low), CHUNK):
-            some = slice(start, start + CHUNK)
-            # as above
-            apart = (low[some, None] > rim[1]) | (high[some, None] < rim[0])
-            ends[some] = np.any(~np.any(apart, axis=2), axis=1)
-        return ends
+        met: Bool = first_met(low, high, *rim) >= 0
+        return met
+
+
+def first_met(low: Float, high: Float, others_low: Float, others_high: Float) -> Int:
+    """First of other boxes (B, 3) that each box (N, 3) meets, (N,); -1 if it meets none."""
+    first = np.full(len(low), -1)
+    if not len(others_low):
+        return first
+    for start in range(0, len(low), BOXES):
+        some = slice(start, start + BOXES)
+        apart = np.zeros((len(low[some]), len(others_low)), dtype=np.bool_)
+        for axis in range(3):
+            apart |= low[some, axis, None] > others_high[:, axis]
+            apart |= high[some, axis, None] < others_low[:, axis]
+        # written so that a NaN meets everything: it is never a pass
+        met = apart.argmin(axis=1)
+        first[some] = np.where(apart[np.arange(len(met)), met], -1, met)
+    return first
 
 
 @lru_cache(maxsize=64)
@@ -185,8 +193,17 @@ def located(surface: ChartedSurface, points: bytes) -> Foot:
 
 @lru_cache(maxsize=8)
 def bounded_pieces(charts: BoundedCharts) -> CurvedBoxes:
-    """Return the boxes of charts, remembered."""
-    return charts.boxes()
+    """Return the boxes of charts, those with the largest bounds first; remembered."""
+    pieces = charts.boxes()
+    bound = np.where(np.isnan(pieces.bound), np.inf, pieces.bound)
+    order = np.argsort(-bound, kind="stable")
+    return CurvedBoxes(pieces.low[order], pieces.high[order], bound[order])
+
+
+@lru_cache(maxsize=8)
+def bounded_rim(charts: BoundedCharts) -> tuple[Float, Float] | None:
+    """Return the boxes of the rim, remembered."""
+    return charts.rim()
 
 
 @dataclass(frozen=True, eq=False)

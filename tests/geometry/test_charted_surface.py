@@ -148,11 +148,16 @@ def test_a_quadratic_model_is_lowest_where_it_is_said_to_be(
 
 @dataclass(frozen=True)
 class BoundedTorus(TiledTorus, BoundedCharts):
-    """The torus, of which two boxes are known."""
+    """The torus, of which two boxes are known, and that it ends in one."""
+
+    last: float = 2.5
 
     def boxes(self) -> CurvedBoxes:
-        low = np.array([[-1.5, -1.5, -0.5], [0.0, -1.5, -0.5]])
-        return CurvedBoxes(low, low + np.array([1.5, 3.0, 1.0]), np.array([3.0, 2.5]))
+        low = np.array([[0.0, -1.5, -0.5], [-1.5, -1.5, -0.5]])
+        return CurvedBoxes(low, low + np.array([1.5, 3.0, 1.0]), np.array([self.last, 3.0]))
+
+    def rim(self) -> tuple[Float, Float]:
+        return np.full((1, 3), -1.5), np.full((1, 3), 0.1)
 
 
 def test_curvature_is_bounded_by_the_boxes_that_meet() -> None:
@@ -160,6 +165,21 @@ def test_curvature_is_bounded_by_the_boxes_that_meet() -> None:
     surface = ChartedSurface(BoundedTorus())
     assert np.array_equal(surface.curvature_bound(low, low + 0.2), [3.0, 2.5, 3.0, 0.0, 3.0])
     assert np.array_equal(ChartedSurface(TiledTorus()).curvature_bound(low, low + 0.2), np.full(5, np.inf))
+    # the order of the boxes does not matter, nor how many are asked for, and what is not a number bounds nothing
+    many = np.random.default_rng(0).uniform(-2.0, 2.0, (2000, 3))
+    bounds = surface.curvature_bound(many, many + 0.3)
+    meets = [
+        ((many + 0.3 >= one) & (many <= one + np.array([1.5, 3.0, 1.0]))).all(axis=1)
+        for one in ([0.0, -1.5, -0.5], [-1.5, -1.5, -0.5])
+    ]
+    assert np.array_equal(bounds, np.maximum(2.5 * meets[0], 3.0 * meets[1]))
+    assert ChartedSurface(BoundedTorus(last=np.nan)).curvature_bound(low[1:2], low[1:2])[0] == np.inf
+
+
+def test_a_surface_may_end_where_boxes_of_its_rim_are_met() -> None:
+    low = np.array([[-1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 0.09], [0.0, 0.0, 0.2], [0.0, np.nan, 0.0]])
+    assert np.array_equal(ChartedSurface(BoundedTorus()).may_end(low, low + 0.1), [True, False, True, False, True])
+    assert ChartedSurface(TiledTorus()).may_end(low, low + 0.1).all()
 
 
 def test_a_foot_where_a_chart_has_no_tangent_plane() -> None:
