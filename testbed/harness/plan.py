@@ -267,11 +267,8 @@ def make_plan(
         }
         works = [UNKNOWN if work is None else work for work in _looks([(sketches.work, str(one)) for one in fitted])]
         taken = {
-            planned.spec: sum(
-                work + dataset.effort
-                for scheme, work in zip(fitted, works, strict=True)
-                if named or _fits(scheme, sketch)
-            )
+            planned.spec: dataset.effort
+            * sum(work for scheme, work in zip(fitted, works, strict=True) if named or _fits(scheme, sketch))
             for planned, dataset, sketch in zip(planned_datasets, sampled, looks, strict=True)
         }
         affordable_levels, left_out = affordable(faces, taken, budget)

@@ -22,15 +22,15 @@ class Dataset(Plugin):
     finest
         The highest level that a plain run computes; level 0 is the coarsest.
     effort
-        What a face costs to measure against the exact surface, beyond what a closed formula costs: in units of a scheme
-        of one cubic triangle a face, fitted and measured. Used to plan runs.
+        What measuring against its exact surface makes of the cost of a cell, as a factor: 1 where nearest points have
+        closed formulas or take a few steps. Used to plan runs.
     shape
         What its exact surface is, where a scheme may claim to reproduce that; None for any other surface.
     """
 
     closed: ClassVar[bool | None]
     finest: ClassVar[int]
-    effort: ClassVar[float] = 0.0
+    effort: ClassVar[float] = 1.0
     shape: ClassVar[Shape | None] = None
     required: ClassVar[tuple[str, ...]] = (*Plugin.required, "closed", "finest")
 
