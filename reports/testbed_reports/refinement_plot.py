@@ -12,7 +12,7 @@ from testbed.approximation.history import Approximation
 from testbed.geometry.domain import lattice, side_points
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
-from testbed.geometry.vectors import Float, Int, cross, dot, unit
+from testbed.geometry.vectors import Float, Int, cross, dot, norm, unit
 from testbed_reports.plots import SETTINGS
 from testbed_reports.styles import COLOURS
 
@@ -30,8 +30,10 @@ LEVEL_COLOURS: Final = "viridis"
 TRIANGLES: Final = 30_000
 #: Most and fewest steps of a drawn side.
 STEPS: Final = (1, 10)
-#: Directions to the viewer: of closed surfaces from both sides.
+#: Direction to the viewer.
 VIEW: Final = (0.72, -0.95, 0.55)
+#: A surface faces one way if the mean of its normals, by area, is at least this long.
+FACING: Final = 0.3
 #: Share of the light that does not depend on the direction of the surface.
 AMBIENT: Final = 0.85
 #: Edges of the mesh: their colour, width in points, how far before the surface they are drawn, relative to its size.
@@ -76,7 +78,7 @@ def level_colours() -> Float:
 
 
 def draw_refinement(found: Approximation, title: str) -> "Figure":
-    """Return the picture: mesh edges on the surface, faces coloured by level; closed surfaces from two sides."""
+    """Return the picture: mesh edges on the surface, faces coloured by level; those that turn all ways from two sides."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
@@ -84,7 +86,7 @@ def draw_refinement(found: Approximation, title: str) -> "Figure":
     triangles, face, lines = _drawn(found.surface, mesh)
     views = _views(mesh)
     figure = Figure(figsize=(4.4 * len(views) + 1.3, 4.6))
-    figure.suptitle(title, x=0.02, ha="left", fontsize=9.5)
+    figure.suptitle(title, x=0.02, ha="left", fontsize=8.5)
     colours = level_colours()
     width = 4.4 / (4.4 * len(views) + 1.3)
     for number, view in enumerate(views):
@@ -142,15 +144,15 @@ def _outlines(part: Part, mesh: HermiteMesh, steps: int) -> Float:
 
 
 def _views(mesh: HermiteMesh) -> list[Float]:
-    """Directions to the viewer: two for a closed surface, one that faces an open one."""
+    """Directions to the viewer: two for a surface that turns all ways, one that faces a surface that does not."""
     view = unit(np.array(VIEW))
-    if not mesh.boundary_edges.any():
-        return [view, -view]
     corners = mesh.corner_points()
-    normal = cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0]).sum(axis=0)
-    size = float(np.abs(normal).max())
+    normals = cross(corners[:, 1] - corners[:, 0], corners[:, -1] - corners[:, 0])
+    mean = normals.sum(axis=0)
+    if norm(mean) < FACING * norm(normals).sum():
+        return [view, -view]
     # from above the surface, a little from the side
-    return [unit(unit(normal) + 0.6 * view)] if size > 0.0 else [view]
+    return [unit(unit(mean) + 0.6 * view)]
 
 
 def _paint(axes: "Axes", triangles: Float, colours: Float, lines: Float, view: Float) -> None:
@@ -195,7 +197,7 @@ def draw_history(found: Approximation, title: str, epsilon_deg: float, distance:
 
     faces = [step.faces for step in found.history]
     figure = Figure(figsize=(7.6, 3.1), layout="constrained")
-    figure.suptitle(f"{title}: {found.stop}", x=0.01, ha="left", fontsize=9.5)
+    figure.suptitle(f"{title}: {found.stop}", x=0.01, ha="left", fontsize=8.5)
     left, right = figure.subplots(1, 2)
     angles = {
         "largest on the edges": [step.epsilon_deg for step in found.history],

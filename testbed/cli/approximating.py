@@ -92,7 +92,7 @@ def approximate_command(task: Task, *, as_json: bool) -> int:
         )
     console.print(f"{scheme} on {dataset}: {bounds}, in {task.directory}/", markup=False)
     written = list(write_approximation(task.directory, found, _origin(task, dataset, scheme)))
-    title = f"{scheme} on {dataset}"
+    title = f"{dataset}\n{scheme}"
     written.append(write_refinement_plot(task.directory, found, title))
     if found.history:
         written.append(write_history_plot(task.directory, found, title, task.epsilon, task.distance))
@@ -192,7 +192,10 @@ def _uncertified(found: Approximation, task: Task) -> list[str]:
     if task.distance is None:
         lines.append("~ distances are sampled only: --distance asks for a bound of them")
     elif not last.distance_certified:
-        lines.append("~ distances are sampled only: no bound is known for this exact surface or patches of this kind")
+        lines.append(
+            "~ distances are not guaranteed: faces without a known bound, because of the exact surface or the kind of "
+            "patches, are sampled only"
+        )
     return lines
 
 
