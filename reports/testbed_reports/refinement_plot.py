@@ -78,7 +78,7 @@ def level_colours() -> Float:
 
 
 def draw_refinement(found: Approximation, title: str) -> "Figure":
-    """Return the picture: mesh edges on the surface, faces coloured by level; those that turn all ways from two sides."""
+    """Return the picture: mesh edges on the surface, faces coloured by level; from two sides if it turns all ways."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
