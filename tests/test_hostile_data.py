@@ -1,6 +1,7 @@
 """Hostile data, from mesh to measures and from file to command line: refused in a sentence, or measured."""
 
 import dataclasses
+import json
 import os
 import re
 import subprocess
@@ -171,10 +172,12 @@ REFUSED = {
     "faceless.ply": (ply(POINTS, []), "holds no faces"),
     "cut.ply": (ply(POINTS, FACES)[:-30], "check that the file is complete"),
     "lies.ply": (ply(POINTS, FACES).replace(b"vertex 4", b"vertex 4000000000"), "check that the file is complete"),
-    **{f"empty.{kind}": (b"", "check that the file is complete") for kind in ("ply", "obj", "stl", "off", "glb")},
+    **{
+        f"empty.{kind}": (b"", "check that the file is complete") for kind in ("ply", "obj", "stl", "off", "glb", "npz")
+    },
     **{
         f"garbage.{kind}": (bytes(range(256)) * 3, "check that the file is complete")
-        for kind in ("ply", "stl", "obj", "off", "glb")
+        for kind in ("ply", "stl", "obj", "off", "glb", "npz")
     },
     "nosuffix": (ply(POINTS, FACES), "has no suffix of a mesh format: use one of"),
 }
@@ -198,6 +201,7 @@ def test_hostile_files_are_refused_in_a_sentence_or_measured(folder: Path) -> No
     assert len(cells) == len(HARMLESS) * (len(MEASURED) + len(REFUSED))
     for scheme, dataset, status, reason in cells[["scheme", "dataset", "status", "reason"]].itertuples(index=False):
         name = dataset.removeprefix("mesh:")
+        name = json.loads(name) if name.startswith('"') else name
         if name in MEASURED:
             assert (status, reason) == ("ok", ""), (scheme, dataset, reason)
         else:

@@ -68,6 +68,7 @@ class Algebraic(Dataset):
     positional: ClassVar[str | None] = "polynomial"
     closed: ClassVar[bool | None] = None
     finest = 4
+    effort = 4.0
 
     def __post_init__(self) -> None:
         parse_polynomial(self.polynomial, f"the polynomial of {self.name}")

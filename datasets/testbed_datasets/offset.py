@@ -68,6 +68,7 @@ class Offset(Dataset):
     reference = "Mann 1992, section 5.4.2, figure 5.8 (page 96); its control points and start mesh are lost"
     closed = False
     finest = 4
+    effort = 5.0
 
     def __post_init__(self) -> None:
         finite(self.name, distance=self.distance)

@@ -29,7 +29,7 @@ class NetworkMesh(Dataset):
     that the interpolating patches follow.
     """
 
-    effort: ClassVar[float] = 15.0  # distances to S-patches by Newton's method
+    effort: ClassVar[float] = 18.0  # nearest points of S-patches by Newton's method
 
     @abstractmethod
     def control_mesh(self) -> Path:

@@ -102,7 +102,7 @@ def _costs(datasets: Iterable[str]) -> Mapping[tuple[str, str, str], float]:
     from testbed import registry
 
     return {
-        (name, row.patches, row.quantity): row.measured
+        (name, row.patches, row.quantity): float(row.measured)
         for name in datasets
         for row in cost_rows(registry.dataset(name))
     }

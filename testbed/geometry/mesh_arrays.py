@@ -74,7 +74,9 @@ def load_arrays(path: Path) -> HermiteMesh:
             arrays = dict(stored.items())
     except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise MeshError(f"{path} cannot be read as arrays of a mesh ({reason}): check that it is complete") from error
+        raise MeshError(
+            f"{path} cannot be read as arrays of a mesh ({reason}): check that the file is complete"
+        ) from error
     try:
         return mesh_of_arrays(arrays)
     except MeshError as error:
