@@ -152,7 +152,8 @@ def edges_that_jump(mesh: HermiteMesh, edges: PatchEdges, above: Bool) -> Bool:
         Edges between patches.
     above
         Which of them jump too much. One between two faces marks the mesh edge that these share, an inner edge of a face
-        all sides of the face.
+        all sides of the face. **Fill**: a marked face whose longest side is on the boundary, where nothing can jump, is
+        split there too; without that its triangles get ever flatter.
     """
     left, right = edges.left.face[above], edges.right.face[above]
     marked = edges_of_faces(mesh, left[left == right])
@@ -160,6 +161,8 @@ def edges_that_jump(mesh: HermiteMesh, edges: PatchEdges, above: Bool) -> Bool:
     ours, theirs = mesh.face_edges[left], mesh.face_edges[right]
     shared = (ours[:, :, None] == theirs[:, None, :]).any(axis=2)
     marked[ours[shared]] = True
+    longest = np.take_along_axis(mesh.face_edges, longest_sides(mesh)[:, None], axis=1)[:, 0]
+    marked[longest[marked[mesh.face_edges].any(axis=1) & mesh.boundary_edges[longest]]] = True
     return marked
 
 

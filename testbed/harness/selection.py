@@ -18,7 +18,7 @@ from testbed.plugins.scheme import Scheme
 OVERHEAD: Final = 1000.0
 #: Work of a plain run. A face of one cubic triangle, fitted and measured, is 1 and takes some 30 microseconds where all
 #: processors are busy, so that this takes two of them about two and a half minutes.
-BUDGET: Final = 1e7
+BUDGET: Final = 9.3e6
 #: Work a face of a scheme that could not be looked at.
 UNKNOWN: Final = 5.0
 

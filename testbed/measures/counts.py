@@ -34,7 +34,7 @@ class Size(Measure):
 
 @dataclass(frozen=True)
 class Fallbacks(Measure):
-    """What a scheme or its boundary curves had to do differently, and which of its ways were taken, as surfaces note."""
+    """What a scheme or its curves had to do differently, and which of its ways were taken, as surfaces note."""
 
     name: ClassVar[str] = "fallbacks"
     title: ClassVar[str] = "Fallbacks taken"

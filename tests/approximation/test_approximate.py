@@ -171,6 +171,15 @@ def test_boundary_vertices_of_the_graph_stay_above_the_sides_of_the_square() -> 
     assert np.abs(on_boundary - 1.0).max() == 0.0
 
 
+@pytest.mark.parametrize("dataset", ["offset", "offset[cells=1]"])
+def test_templates_split_long_sides_on_the_boundary_too_and_come_to_an_end(dataset: str) -> None:
+    found = run(dataset, 0.72, template=True)
+    assert found.reached
+    # without it triangles at the boundary get ever flatter, and a patch over one of them folds
+    assert found.history[-1].smallest_angle_deg > 10.0
+    assert found.history[-1].faces < 150
+
+
 def test_too_few_refinements_are_told() -> None:
     found = run("ellipsoid", 0.01, limits=Limits(steps=1))
     assert (found.stop, found.reached) == ("most steps", False)
