@@ -40,11 +40,12 @@ def print_results(console: Console, results: Results) -> None:
 def wide(*, stderr: bool = False) -> Console:
     """Return the terminal's console; output that goes to a file is as wide as its tables."""
     console = Console(stderr=stderr)
-    return console if console.is_terminal else Console(stderr=stderr, width=max(console.width, 120))
+    return console if console.is_terminal else Console(stderr=stderr, width=max(console.width, 160))
 
 
 def _dataset_table(results: Results, dataset: str, own: "pd.DataFrame") -> Table:
-    level = int(own["level"].max())
+    ok = own[own["status"] == "ok"]
+    level = int((own if ok.empty else ok)["level"].max())
     faces = own.loc[own["level"] == level, "faces"].dropna()
     size = f", {int(faces.iloc[0])} faces" if len(faces) else ""
     table = Table(
