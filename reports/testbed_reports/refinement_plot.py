@@ -217,6 +217,8 @@ def _curves(
     axes: "Axes", faces: Sequence[int], values: dict[str, list[float]], target: float | None, label: str
 ) -> None:
     """Draw quantities against the number of faces, on logarithmic scales where they allow it."""
+    from matplotlib.ticker import FuncFormatter
+
     axes.set_xlabel("faces")
     axes.set_ylabel(label)
     axes.grid(visible=True, color="#e4e4e4", linewidth=0.6)
@@ -237,6 +239,15 @@ def _curves(
     if target is not None:
         axes.axhline(target, color="#8a8a8a", linewidth=0.9, linestyle=(0, (4.0, 2.0)), label="asked for", zorder=1.5)
     axes.set_xscale("log")
+    # as many labels as have room
+    first_digits = "125" if faces[-1] > 20 * faces[0] else "1234567"
+
+    def counted(count: float, position: int | None = None) -> str:
+        del position
+        return f"{count:,.0f}".replace(",", " ") if f"{count:e}"[0] in first_digits else ""
+
+    axes.xaxis.set_major_formatter(FuncFormatter(counted))
+    axes.xaxis.set_minor_formatter(FuncFormatter(counted))
     everything = [value for ordinates in values.values() for value in ordinates]
     # on a logarithmic scale zero would not be seen
     if min(everything) > 0.0:
