@@ -69,7 +69,7 @@ class Grid:
     def circles(self) -> tuple[tuple[tuple[int, ...], tuple[str, ...]], ...]:
         """Positions of schemes that are compared with each other and the datasets that is done on.
 
-        Schemes of triangles and of quadrilaterals share no dataset; each scheme is in one circle, in the plan's order.
+        Schemes of triangles and of quadrilaterals share no dataset; each is in one circle. The largest comes first.
         """
         found: list[tuple[set[int], set[str]]] = []
         for position, scheme in enumerate(self.schemes):
@@ -84,7 +84,7 @@ class Grid:
             found = [*apart, (positions, datasets)]
         return tuple(
             (tuple(sorted(positions)), tuple(dataset for dataset in self.datasets if dataset in datasets))
-            for positions, datasets in sorted(found, key=lambda circle: min(circle[0]))
+            for positions, datasets in sorted(found, key=lambda circle: (-len(circle[0]), min(circle[0])))
         )
 
     def shape(self, dataset: str) -> str | None:
