@@ -9,7 +9,7 @@ from testbed.harness.claims import CURVED, SMOOTH_DEG
 from testbed.harness.plan import PlannedDataset
 from testbed.measures.convergence import FLOOR
 from testbed_reports.formatting import Entry, entry, shorten
-from testbed_reports.grid import Grid, Row, is_ok
+from testbed_reports.grid import Grid, Row, enclosures, is_ok
 from testbed_reports.orders import order_entry
 
 
@@ -240,21 +240,6 @@ def _hosts(columns: Sequence[str]) -> Mapping[str, tuple[str, str]]:
             host = next((name for name in (stem, f"{stem}_deg", f"{stem}_max") if name in columns), None)
             if host is not None:
                 result[host] = (face, f"{stem}_bary")
-    return result
-
-
-def enclosures(columns: Sequence[str]) -> Mapping[str, tuple[str, str]]:
-    """Return for each column with guaranteed bounds the columns of its lower and its upper bound.
-
-    >>> enclosures(("gauss_max", "gauss_max_low", "gauss_max_high", "epsilon_deg", "epsilon_low_deg"))
-    {'gauss_max': ('gauss_max_low', 'gauss_max_high')}
-    """
-    result = {}
-    for name in columns:
-        stem, unit = (name.removesuffix("_deg"), "_deg") if name.endswith("_deg") else (name, "")
-        pair = (f"{stem}_low{unit}", f"{stem}_high{unit}")
-        if all(bound in columns for bound in pair):
-            result[name] = pair
     return result
 
 

@@ -283,7 +283,9 @@ def make_plan(
                 cells.append(Cell(planned.spec, dataset.spec, level, faces_there, foreseen, key))
     if not cells:
         raise SpecError("no cell fits into the work of a plain run: choose schemes, datasets or levels")
-    return Plan(tuple(cells), planned_schemes, tuple(planned_datasets), planned_measures, left_out)
+    # a dataset that is too large at its coarsest is named among what was left out
+    computed = tuple(one for one, its_levels in zip(planned_datasets, by_dataset, strict=True) if its_levels)
+    return Plan(tuple(cells), planned_schemes, computed, planned_measures, left_out)
 
 
 def _chosen(specs: Sequence[str] | None, kind: type[P]) -> Iterable[P]:

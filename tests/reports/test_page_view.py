@@ -178,6 +178,19 @@ def test_guaranteed_bounds_stand_with_their_value_and_in_no_column_of_their_own(
     assert with_bounds in {entry.exact for entry in compared.rows[1].entries}
 
 
+def test_a_value_that_its_guaranteed_bounds_refute_stands_at_the_bound() -> None:
+    bounds = (Column("distance_max_low", "lower bound"), Column("distance_max_high", "upper bound"))
+
+    def make(scheme: str, dataset: str, level: int) -> Outcome:
+        return good(scheme, dataset, level, distance_max=0.0, distance_max_low=0.25, distance_max_high=0.5)
+
+    found = Grid.of(results(("p2", "p4"), ("ball",), 1, make, columns=(*COLUMNS, *bounds)))
+    assert [row["distance_max"] for row in found.on("ball")] == [0.25, 0.25]
+    assert "0.25; guaranteed from 0.25 to 0.5" in {
+        entry.exact for entry in comparison(found, "ball", 0).rows[0].entries
+    }
+
+
 def test_levels_left_out_of_the_fit_are_hollow() -> None:
     def make(scheme: str, dataset: str, level: int) -> Outcome:
         return good(scheme, dataset, level, distance_max=3.0 if level == 0 else 0.1 * 0.5 ** (2 * level))
