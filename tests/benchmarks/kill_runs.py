@@ -21,10 +21,13 @@ from testbed.harness.plan import Plan, make_plan
 from testbed.harness.results import END, read_results
 from testbed.harness.run import run
 
+#: Bound of the run's work, which two processors do in about half a minute.
+WORK = 2e6
+
 
 def main(kills: int = 10, levels: str = "0:1", seed: int = 1992) -> int:
     """Kill, resume, compare."""
-    plan = make_plan(levels=levels)
+    plan = make_plan(levels=levels, budget=WORK)
     moments = random.Random(seed)  # noqa: S311 - moments, not secrets
     with tempfile.TemporaryDirectory() as folder:
         stored, killed, whole = Path(folder, "plan"), Path(folder, "killed"), Path(folder, "whole")
@@ -39,9 +42,11 @@ def main(kills: int = 10, levels: str = "0:1", seed: int = 1992) -> int:
             process = subprocess.Popen(  # noqa: S603 - this script
                 [sys.executable, __file__, "--into", str(stored), str(killed)], start_new_session=True
             )
-            time.sleep(lifetime)
-            ended = process.poll() is not None
-            if not ended:
+            try:
+                process.wait(lifetime)
+                ended = True
+            except subprocess.TimeoutExpired:
+                ended = False
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
             journal = killed / "journal.sqlite"
