@@ -1,6 +1,6 @@
 """The results by place: the row of a cell, of an order, and which levels can be compared."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
@@ -28,8 +28,7 @@ class Grid:
     columns
         Columns of the cells, in order.
     cells
-        Rows of the cells by scheme, dataset and level. A value that a search found outside its guaranteed bounds, as it
-        misses a narrow peak, stands at the bound.
+        Rows of the cells by scheme, dataset and level.
     orders
         Rows of the orders by scheme, dataset and quantity.
     claims
@@ -48,7 +47,7 @@ class Grid:
         return cls(
             results.plan,
             tuple(results.cells.columns),
-            {(row["scheme"], row["dataset"], row["level"]): row for row in _bounded(_rows(results.cells))},
+            {(row["scheme"], row["dataset"], row["level"]): row for row in _rows(results.cells)},
             {(row["scheme"], row["dataset"], row["quantity"]): row for row in _rows(results.orders)},
             tuple(_rows(results.claims)),
         )
@@ -124,33 +123,6 @@ class Grid:
 def is_ok(row: Row | None) -> bool:
     """Whether there is a result and it is ok."""
     return row is not None and row["status"] == "ok"
-
-
-def enclosures(columns: Sequence[str]) -> Mapping[str, tuple[str, str]]:
-    """Return for each column with guaranteed bounds the columns of its lower and its upper bound.
-
-    >>> enclosures(("gauss_max", "gauss_max_low", "gauss_max_high", "epsilon_deg", "epsilon_low_deg"))
-    {'gauss_max': ('gauss_max_low', 'gauss_max_high')}
-    """
-    result = {}
-    for name in columns:
-        stem, unit = (name.removesuffix("_deg"), "_deg") if name.endswith("_deg") else (name, "")
-        pair = (f"{stem}_low{unit}", f"{stem}_high{unit}")
-        if all(bound in columns for bound in pair):
-            result[name] = pair
-    return result
-
-
-def _bounded(rows: list[dict[str, Any]]) -> Iterable[dict[str, Any]]:
-    """Return rows with every value within its guaranteed bounds, where it has some."""
-    enclosed = enclosures(tuple(rows[0])) if rows else {}
-    for row in rows:
-        within = {
-            name: min(max(row[name], row[low]), row[high])
-            for name, (low, high) in enclosed.items()
-            if None not in (row[name], row[low], row[high])
-        }
-        yield row | within
 
 
 def _rows(table: "pd.DataFrame") -> list[dict[str, Any]]:

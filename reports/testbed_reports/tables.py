@@ -7,9 +7,10 @@ from typing import Final, Literal
 
 from testbed.harness.claims import CURVED, SMOOTH_DEG
 from testbed.harness.plan import PlannedDataset
+from testbed.harness.results import enclosures
 from testbed.measures.convergence import FLOOR
 from testbed_reports.formatting import Entry, entry, shorten
-from testbed_reports.grid import Grid, Row, enclosures, is_ok
+from testbed_reports.grid import Grid, Row, is_ok
 from testbed_reports.orders import order_entry
 
 

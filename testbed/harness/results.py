@@ -170,7 +170,38 @@ def tabulate_cells(plan: Plan, done: Sequence[tuple[Cell, Outcome]]) -> "pd.Data
             data[column.name] = _series([(outcome.values or {}).get(column.name) for _, outcome in done])
     for name in END:
         data[name] = pd.Series([getattr(outcome, name) for _, outcome in done], dtype="float64")
-    return pd.DataFrame(data)
+    return _within_bounds(pd.DataFrame(data))
+
+
+def enclosures(columns: Sequence[str]) -> Mapping[str, tuple[str, str]]:
+    """Return for each column with guaranteed bounds the columns of its lower and its upper bound.
+
+    >>> enclosures(("gauss_max", "gauss_max_low", "gauss_max_high", "epsilon_deg", "epsilon_low_deg"))
+    {'gauss_max': ('gauss_max_low', 'gauss_max_high')}
+    """
+    result = {}
+    for name in columns:
+        stem, unit = (name.removesuffix("_deg"), "_deg") if name.endswith("_deg") else (name, "")
+        pair = (f"{stem}_low{unit}", f"{stem}_high{unit}")
+        if all(bound in columns for bound in pair):
+            result[name] = pair
+    return result
+
+
+def _within_bounds(cells: "pd.DataFrame") -> "pd.DataFrame":
+    """Move extremes that a search missed to the value that a guaranteed bound proves; their place is not known then."""
+    for name, (low, high) in enclosures([str(column) for column in cells]).items():
+        is_minimum = "_min" in name
+        proven = cells[high if is_minimum else low]
+        # false where there are no bounds; the other side is not asked: jumps of smooth surfaces are rounding
+        missed = (cells[name] > proven) if is_minimum else (cells[name] < proven)
+        if missed.any():
+            cells[name] = cells[name].mask(missed, proven)
+            stem = name.removesuffix("_deg")
+            if f"{stem}_face" in cells:
+                cells[f"{stem}_face"] = cells[f"{stem}_face"].mask(missed, -1)
+                cells[f"{stem}_bary"] = cells[f"{stem}_bary"].mask(missed, "")
+    return cells
 
 
 def _series(values: list[Any]) -> "pd.Series[Any]":

@@ -72,6 +72,27 @@ def test_types_are_the_same_whether_all_cells_are_there_or_none() -> None:
     assert judged(empty, "continuity G1") == ["not testable"]
 
 
+def test_an_extreme_that_a_bound_proves_missed_stands_at_the_bound_without_a_place() -> None:
+    names = ("distance_max", "distance_max_low", "distance_max_high", "distance_max_face", "distance_max_bary")
+    least = ("gauss_min", "gauss_min_low", "gauss_min_high")
+    measure = PlannedMeasure("m", "M", tuple(Column(name, "") for name in (*names, *least)), "")
+    bounds: dict[str, Value] = {"distance_max_low": 0.5, "distance_max_high": 0.6, "distance_max_face": 3}
+    bounds |= {"distance_max_bary": "1;0;0", "gauss_min_low": -3.0, "gauss_min_high": -2.0}
+    without = {"distance_max": 0.0, "gauss_min": 0.0, "distance_max_face": 3, "distance_max_bary": "1;0;0"}
+    found = [
+        ok(0, **{**bounds, "distance_max": 0.1, "gauss_min": -1.0}),
+        ok(1, **{**bounds, "distance_max": 0.55, "gauss_min": -2.5}),
+        ok(2, **{**bounds, "distance_max": 0.7, "gauss_min": -3.5}),
+        ok(3, **without),
+    ]
+    plan = replace(grid(), measures=(measure,))
+    cells = tabulate(plan, {f"key{level}": outcome for level, outcome in enumerate(found)}, {}).cells
+    assert cells["distance_max"].tolist() == [0.5, 0.55, 0.7, 0.0]
+    assert cells["gauss_min"].tolist() == [-2.0, -2.5, -3.5, 0.0]
+    assert cells["distance_max_face"].tolist() == [-1, 3, 3, 3]
+    assert cells["distance_max_bary"].tolist() == ["", "1;0;0", "1;0;0", "1;0;0"]
+
+
 def test_orders_are_estimated_and_judged() -> None:
     orders = table(grid(order=4)).orders.set_index("quantity")
     assert orders.loc["distance_max", "order"] == pytest.approx(4.0)
