@@ -47,6 +47,7 @@ class Bump(Dataset):
     reference = "Not in the thesis, whose section 5.3 names features between the samples as an open problem"
     closed = False
     finest = 0
+    compared = False
 
     def __post_init__(self) -> None:
         finite(self.name, height=self.height, x=self.x, y=self.y)

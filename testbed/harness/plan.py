@@ -214,7 +214,8 @@ def make_plan(
     Parameters
     ----------
     schemes, datasets, measures
-        Texts such as ``torus[minor=0.4]``; None for all that are registered, with their defaults.
+        Texts such as ``torus[minor=0.4]``; None for all that are registered, with their defaults, but for datasets that
+        say not to compare schemes on them.
     levels
         ``"0:4"`` or ``"2"``; None for each dataset's own, 0 to its finest.
     boundaries
@@ -291,7 +292,8 @@ def make_plan(
 def _chosen(specs: Sequence[str] | None, kind: type[P]) -> Iterable[P]:
     if specs is not None:
         return [parse(text, kind, registry.load()) for text in specs]
-    return [found() for found in registry.catalogue(kind).values()]
+    found = [one() for one in registry.catalogue(kind).values()]
+    return [one for one in found if not isinstance(one, Dataset) or one.compared]
 
 
 def _unique(plugins: Iterable[Any]) -> list[Any]:

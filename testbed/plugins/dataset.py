@@ -24,6 +24,9 @@ class Dataset(Plugin):
     effort
         What measuring against its exact surface makes of the cost of a cell, as a factor: 1 where nearest points have
         closed formulas or take a few steps. Used to plan runs.
+    compared
+        Whether schemes are compared on it where no dataset is named. Not so on a surface that samples miss, where those
+        without guaranteed distances would seem exact.
     shape
         What its exact surface is, where a scheme may claim to reproduce that; None for any other surface.
     """
@@ -31,6 +34,7 @@ class Dataset(Plugin):
     closed: ClassVar[bool | None]
     finest: ClassVar[int]
     effort: ClassVar[float] = 1.0
+    compared: ClassVar[bool] = True
     shape: ClassVar[Shape | None] = None
     required: ClassVar[tuple[str, ...]] = (*Plugin.required, "closed", "finest")
 
