@@ -23,6 +23,7 @@ from testbed.harness.run import Progress as State
 from testbed.harness.run import RunSummary, run
 from testbed.harness.selection import BUDGET
 from testbed.plugins.boundary import BoundaryCurve
+from testbed.plugins.dataset import Dataset
 from testbed.registry import catalogue, load, reports
 
 
@@ -60,9 +61,12 @@ class Grid:
         )
 
 
-def left_out_lines(planned: Plan) -> list[str]:
-    """Return what a plan left out and how to get it, a line each."""
+def left_out_lines(planned: Plan, asked: Grid) -> list[str]:
+    """Return what a plan left out of what was asked for and how to get it, a line each."""
     lines = []
+    unnamed = [name for name, one in catalogue(Dataset).items() if not one.compared]  # type: ignore[type-abstract]  # the kind
+    if asked.datasets is None and unnamed:
+        lines.append(f"left out, as samples miss what is on it: {', '.join(unnamed)}; -d {unnamed[0]} computes it")
     if planned.left_out:
         levels = ", ".join(f"{one.dataset} {' '.join(map(str, one.levels))}" for one in planned.left_out)
         lines.append(f"left out, to be done in minutes: levels {levels}; testbed run --all computes them")
@@ -112,7 +116,7 @@ def run_command(
     else:
         print_results(console, results)
         _print_end(console, summary, written)
-        for line in left_out_lines(planned):
+        for line in left_out_lines(planned, asked):
             console.print(line, markup=False)
     return int(any(summary.counts.get(status) for status in ("failed", "timeout")))
 
@@ -157,7 +161,7 @@ def plan_command(asked: Grid, directory: Path, *, as_json: bool) -> None:
         {f"{cell.scheme} on {cell.dataset}: {cell.foreseen}" for cell in planned.cells if cell.foreseen}
     ):
         console.print(f"refused: {reason}", markup=False)
-    for line in left_out_lines(planned):
+    for line in left_out_lines(planned, asked):
         console.print(line, markup=False)
 
 
