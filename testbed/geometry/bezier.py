@@ -55,6 +55,11 @@ class BezierTriangles(PatchBatch):
         return triangle_degree(self.control_points.shape[1])
 
     @property
+    def convex_components(self) -> tuple[PatchBatch, ...]:
+        """The patches themselves."""
+        return (self,)
+
+    @property
     def work(self) -> float:
         """By its control points; see :class:`PatchBatch`."""
         return polynomial_work(self.control_points.shape[1])
@@ -160,6 +165,11 @@ class BezierQuads(PatchBatch):
     def degree(self) -> tuple[int, int]:
         """Degrees (m, n) along u and v."""
         return self.control_points.shape[1] - 1, self.control_points.shape[2] - 1
+
+    @property
+    def convex_components(self) -> tuple[PatchBatch, ...]:
+        """The patches themselves."""
+        return (self,)
 
     @property
     def work(self) -> float:

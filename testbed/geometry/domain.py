@@ -38,10 +38,16 @@ def barycentric(at: Float) -> Float:
     return np.concatenate([1.0 - at.sum(axis=-1, keepdims=True), at], axis=-1)
 
 
-def corner_distance(sides: int, at: Float) -> Float:
-    """How near the nearest corner is, (...): 1 - max(b) on a triangle, the larger of |du|, |dv| on a square."""
+def corner_distance(sides: int, at: Float, collapsed: tuple[int, ...] = ()) -> Float:
+    """How near the nearest corner is, (...): 1 - max(b) on a triangle, the larger of |du|, |dv| on a square.
+
+    A side of a square that is ``collapsed`` to a point in space counts as a corner, with the distance to it.
+    """
     if sides == 3:
         return np.asarray(1.0 - barycentric(at).max(axis=-1))
     offsets = np.abs(at[..., None, :] - CORNERS[4]).max(axis=-1)
     nearest: Float = offsets.min(axis=-1)
+    u, v = at[..., 0], at[..., 1]
+    for side in collapsed:
+        nearest = np.minimum(nearest, (v, 1.0 - u, 1.0 - v, u)[side])
     return nearest

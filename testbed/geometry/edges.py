@@ -37,11 +37,17 @@ class HalfEdges:
     repeated: Int
 
     @classmethod
-    def between(cls, start: Int, end: Int) -> "HalfEdges":
-        """Sort the half edges from ids ``start`` (H,) to ids ``end`` (H,), which are not negative."""
+    def between(cls, start: Int, end: Int, strand: Int | None = None) -> "HalfEdges":
+        """Sort the half edges from ids ``start`` (H,) to ids ``end`` (H,), which are not negative.
+
+        Of several curves between the same ids, each makes an edge of its own, if ``strand`` (H,) tells which it is.
+        """
         runs_back = start > end
         low, high = np.where(runs_back, end, start), np.where(runs_back, start, end)
-        key = (low * (high.max(initial=0) + 1) + high) * 2 + runs_back
+        key = low * (high.max(initial=0) + 1) + high
+        if strand is not None:
+            key = key * (strand.max(initial=0) + 1) + strand
+        key = key * 2 + runs_back
         order = np.argsort(key)
         key = key[order]
         first = np.ones(len(key), dtype=np.bool_)
@@ -134,8 +140,11 @@ class PatchEdges:
         return inner
 
 
-def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int]) -> PatchEdges:
+def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int], strands: Sequence[Int] | None = None) -> PatchEdges:
     """Find the edges of a surface from its parts' ``corner_ids`` (P, sides) and mesh ``faces`` (P,).
+
+    A side with the same id at both ends is a point and makes no edge. Where several curves join the same corners, the
+    parts' ``strands`` (P, sides) tell them apart.
 
     Raises
     ------
@@ -143,14 +152,16 @@ def patch_edges(corner_ids: Sequence[Int], faces: Sequence[Int]) -> PatchEdges:
         Two patch sides run between the same corner ids in the same direction: three patches on an edge, or two of
         opposite orientation.
     """
-    rows = [np.empty((6, 0), dtype=np.int64)]
-    for index, (ids, face) in enumerate(zip(corner_ids, faces, strict=True)):
+    rows = [np.empty((7, 0), dtype=np.int64)]
+    strands = [np.zeros_like(ids) for ids in corner_ids] if strands is None else strands
+    for index, (ids, face, strand) in enumerate(zip(corner_ids, faces, strands, strict=True)):
         patch, side = np.indices(ids.shape)
         part, mesh_face = np.full_like(ids, index), np.broadcast_to(face[:, None], ids.shape)
-        rows.append(np.stack([ids, np.roll(ids, -1, axis=1), part, patch, side, mesh_face]).reshape(6, -1))
-    start, end, *place = np.concatenate(rows, axis=1)
+        ahead = np.roll(ids, -1, axis=1)
+        rows.append(np.stack([ids, ahead, strand, part, patch, side, mesh_face])[:, ids != ahead])
+    start, end, strand, *place = np.concatenate(rows, axis=1)
     sides = PatchSides(*place)
-    halves = HalfEdges.between(start, end)
+    halves = HalfEdges.between(start, end, strand)
     if len(halves.repeated):
         bad = int(halves.repeated[0])
         beside = sides[halves.edge == halves.edge[bad]]

@@ -81,7 +81,19 @@ class ExactSurface(ABC):
         of_faces = FaceData()
         if centres is not None:
             of_faces = FaceData(Centres(centres, self.normal(centres), self.second_form(centres)))
-        return HermiteMesh(points, faces, self.normal(points), self.second_form(points), face_data=of_faces)
+        return HermiteMesh(
+            points,
+            faces,
+            self.normal(points),
+            self.second_form(points),
+            face_data=of_faces,
+            gradients=self.sampled_gradients(points),
+        )
+
+    def sampled_gradients(self, points: Float) -> Float | None:
+        """Gradients (V, 3), at points on it, of the function whose zero set the surface is; None without such."""
+        del points
+        return None
 
 
 class LevelSet(ExactSurface):
@@ -94,6 +106,10 @@ class LevelSet(ExactSurface):
     @abstractmethod
     def hessian(self, points: Float) -> Float:
         """Second derivatives of g, (N, 3, 3) at points (N, 3)."""
+
+    def sampled_gradients(self, points: Float) -> Float | None:
+        """Gradients of g, (V, 3)."""
+        return self.gradient(points)
 
     def may_end(self, low: Float, high: Float) -> Bool:
         """False for all boxes, (N,): where the gradient does not vanish, a level set has no boundary."""

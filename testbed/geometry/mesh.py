@@ -12,6 +12,7 @@ from testbed.geometry.mesh_checks import (
     check_not_cancelled,
     check_shapes,
     checked_faces,
+    checked_gradients,
     checked_half_edges,
     checked_normals,
     checked_points,
@@ -83,10 +84,13 @@ class HermiteMesh:
         Where the normals come from: ``given``, ``file`` or ``estimated``; a remark for reports.
     face_data
         Data that belong to faces, if there are any.
+    gradients
+        (V, 3) vectors along the normals whose lengths matter, too: the gradients of the function whose zero set the
+        surface is, or None. Without normals they give these.
 
     Attributes
     ----------
-    points, faces, normals, second_forms, face_data
+    points, faces, normals, second_forms, face_data, gradients
         As above, read-only; float64 and int64.
     normals_from
         As above, None without normals.
@@ -103,6 +107,7 @@ class HermiteMesh:
     second_forms: Float | None
     normals_from: NormalsFrom | None
     face_data: FaceData
+    gradients: Float | None
 
     def __init__(
         self,
@@ -113,6 +118,7 @@ class HermiteMesh:
         *,
         normals_from: NormalsFrom = "given",
         face_data: FaceData | None = None,
+        gradients: Any = None,
     ) -> None:
         data = vars(self)
         data["points"] = checked_points(points)
@@ -120,7 +126,9 @@ class HermiteMesh:
         data["_half_edges"] = checked_half_edges(self.faces)
         check_shapes(self.points, self.faces)
         count = len(self.points)
+        normals = gradients if normals is None else normals
         data["normals"] = None if normals is None else checked_normals(normals, count)
+        data["gradients"] = None if gradients is None else checked_gradients(gradients, self.normals)
         data["second_forms"] = (
             None if second_forms is None else checked_second_forms(second_forms, self.normals, count, self.h)
         )
@@ -132,7 +140,10 @@ class HermiteMesh:
 
     def _lock(self) -> None:
         of_faces = self.face_data.arrays().values()
-        for array in (self.points, self.faces, self.normals, self.second_forms, self._half_edges.ids, *of_faces):
+        for array in (
+            *(self.points, self.faces, self.normals, self.second_forms, self.gradients, self._half_edges.ids),
+            *of_faces,
+        ):
             if array is not None:
                 array.flags.writeable = False
 
@@ -258,22 +269,31 @@ class HermiteMesh:
         return self.second_forms[self.faces[faces]]
 
     def _changed(self, **data: Any) -> "HermiteMesh":
-        kept = {name: getattr(self, name) for name in ("points", "faces", "normals", "second_forms", "face_data")}
+        names = ("points", "faces", "normals", "second_forms", "face_data", "gradients")
+        kept = {name: getattr(self, name) for name in names}
         return HermiteMesh(**{**kept, **data}, normals_from=self.normals_from or "given")
 
     def _of_vertices(self, vertices: Int, faces: Int, face_data: FaceData) -> "HermiteMesh":
         """Return the mesh of some vertices in an order, with faces that hold the new ids."""
         normals = None if self.normals is None else self.normals[vertices]
         forms = None if self.second_forms is None else self.second_forms[vertices]
-        points = self.points[vertices]
-        return self._changed(points=points, faces=faces, normals=normals, second_forms=forms, face_data=face_data)
+        gradients = None if self.gradients is None else self.gradients[vertices]
+        return self._changed(
+            points=self.points[vertices],
+            faces=faces,
+            normals=normals,
+            second_forms=forms,
+            face_data=face_data,
+            gradients=gradients,
+        )
 
     def transformed(
         self, rotation: Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), translation: Any = (0, 0, 0), scale: float = 1.0
     ) -> "HermiteMesh":
         """Rotate by a matrix (3, 3), scale by a positive number and then move by a vector (3,).
 
-        Normals turn along; second forms turn and are divided by the scale. ValueError if it is not a rotation.
+        Normals turn along; second forms and gradients turn and are divided by the scale. ValueError if it is not a
+        rotation.
         """
         R = np.asarray(rotation, dtype=np.float64)
         if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), rtol=0, atol=1e-9) or not np.linalg.det(R) > 0:
@@ -285,7 +305,10 @@ class HermiteMesh:
         vector = np.asarray(translation, dtype=np.float64)
         points = scale * (self.points @ R.T) + vector
         of_faces = self.face_data.transformed(R, vector, scale)
-        return self._changed(points=points, normals=normals, second_forms=forms, face_data=of_faces)
+        gradients = None if self.gradients is None else self.gradients @ R.T / scale
+        return self._changed(
+            points=points, normals=normals, second_forms=forms, face_data=of_faces, gradients=gradients
+        )
 
     def relabelled(self, order: Int) -> "HermiteMesh":
         """Put the vertices in another order: vertex ``i`` of the new mesh is vertex ``order[i]`` of this one."""
@@ -305,11 +328,17 @@ class HermiteMesh:
         return self._changed(faces=faces, face_data=self.face_data.rotated(columns))
 
     def flipped(self) -> "HermiteMesh":
-        """Turn the surface inside out: faces run the other way, normals and second forms are negated."""
+        """Turn the surface inside out: faces run the other way; normals, second forms and gradients are negated."""
         normals = None if self.normals is None else -self.normals
         forms = None if self.second_forms is None else -self.second_forms
-        of_faces = self.face_data.flipped()
-        return self._changed(faces=self.faces[:, ::-1], normals=normals, second_forms=forms, face_data=of_faces)
+        gradients = None if self.gradients is None else -self.gradients
+        return self._changed(
+            faces=self.faces[:, ::-1],
+            normals=normals,
+            second_forms=forms,
+            face_data=self.face_data.flipped(),
+            gradients=gradients,
+        )
 
     def without_second_forms(self) -> "HermiteMesh":
         """Return the mesh with points and normals only."""
@@ -317,7 +346,7 @@ class HermiteMesh:
 
     def without_normals(self) -> "HermiteMesh":
         """Return the mesh with points only."""
-        return self._changed(normals=None, second_forms=None, face_data=FaceData())
+        return self._changed(normals=None, second_forms=None, face_data=FaceData(), gradients=None)
 
     def with_estimated_normals(self) -> "HermiteMesh":
         """Return the mesh with normals that are means of the faces' normals, weighted with the angles at the vertex.

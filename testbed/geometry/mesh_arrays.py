@@ -23,10 +23,10 @@ CENTRES: Final = ("centre_points", "centre_normals", "centre_second_forms")
 def mesh_arrays(mesh: HermiteMesh) -> dict[str, Float | Int]:
     """Return the data of a mesh by name: ``points``, ``faces`` and what else it has.
 
-    ``normals`` and ``second_forms`` at the vertices; ``corner_second_forms``, ``side_tangents`` and ``centre_points``,
-    ``centre_normals``, ``centre_second_forms`` of the faces.
+    ``normals``, ``second_forms`` and ``gradients`` at the vertices; ``corner_second_forms``, ``side_tangents`` and
+    ``centre_points``, ``centre_normals``, ``centre_second_forms`` of the faces.
     """
-    of_vertices = {"normals": mesh.normals, "second_forms": mesh.second_forms}
+    of_vertices = {"normals": mesh.normals, "second_forms": mesh.second_forms, "gradients": mesh.gradients}
     given = {name: array for name, array in of_vertices.items() if array is not None}
     return {"points": mesh.points, "faces": mesh.faces, **given, **mesh.face_data.arrays()}
 
@@ -41,8 +41,9 @@ def mesh_of_arrays(arrays: Mapping[str, Any]) -> HermiteMesh:
         raise MeshError(f"there is {of_centres[0]} alone: give {', '.join(CENTRES)}, or none of them")
     centres = Centres(*(arrays[name] for name in CENTRES)) if of_centres else None
     of_faces = FaceData(centres, arrays.get("corner_second_forms"), arrays.get("side_tangents"))
+    of_vertices = [arrays.get(name) for name in ("normals", "second_forms")]
     return HermiteMesh(
-        arrays["points"], arrays["faces"], arrays.get("normals"), arrays.get("second_forms"), face_data=of_faces
+        arrays["points"], arrays["faces"], *of_vertices, face_data=of_faces, gradients=arrays.get("gradients")
     )
 
 

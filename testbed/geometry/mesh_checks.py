@@ -20,6 +20,8 @@ SHORTEST, LONGEST = 1e-37, 1e37
 FLATNESS = 64 * float(np.finfo(np.float64).eps)
 #: Normals this near to length one are kept bit for bit.
 UNIT = 8 * float(np.finfo(np.float64).eps)
+#: How far the direction of a gradient may be from the normal: single precision.
+GRADIENT = 1e-6
 #: A sum of unit normals, weighted with angles, shorter than this has no direction left.
 CANCELLED = 1e-12
 #: Relative size of what a second form may have outside the symmetric matrices of the tangent plane: single precision.
@@ -224,6 +226,19 @@ def checked_normals(values: Any, vertices: int) -> Float:
     with np.errstate(over="ignore"):  # lengths beyond all numbers are not 1
         is_unit: Bool = np.abs(length * largest - 1.0) <= UNIT
     return np.where(is_unit[:, None], normals, scaled / length[:, None])
+
+
+def checked_gradients(values: Any, normals: Float | None) -> Float:
+    """Return the gradients, (V, 3), which have the directions of the normals, (V, 3) of length one."""
+    gradients = checked_vectors(values, "gradients", (None, 3))
+    assert normals is not None  # noqa: S101 - without normals the gradients give them
+    aside = norm(checked_normals(gradients, len(normals)) - normals) > GRADIENT
+    if aside.any():
+        raise MeshError(
+            f"the gradient at vertex {first(aside)} does not have the direction of the normal there: "
+            "give gradients along the normals, or gradients alone"
+        )
+    return gradients
 
 
 def check_not_cancelled(normals: Float) -> None:

@@ -17,8 +17,12 @@ class PatchBatch(ABC):
     kind
         What a patch is, in words.
     corner_margin
-        How near to a corner (``domain.corner_distance``) second derivatives can be trusted: 0 for polynomial patches;
-        blended patches are 0/0 at their corners, where value and normal have limits and curvature depends on direction.
+        How near to a corner or a collapsed side (``domain.corner_distance``) second derivatives can be trusted: 0 for
+        polynomial patches; blended patches are 0/0 at their corners, where value and normal have limits and curvature depends on direction.
+    collapsed
+        Sides that are a single point in space, where two curves meet in a vertex at an angle. The derivative along such
+        a side vanishes on it; exactly there its limit direction stands in its place, the derivative divided by the
+        distance from the side, so that there is a normal. Second derivatives are NaN there.
     work
         What it takes to measure one patch, in cubic triangles, roughly; used to plan runs.
     """
@@ -26,6 +30,15 @@ class PatchBatch(ABC):
     sides: ClassVar[int]
     kind: ClassVar[str] = "patch"
     corner_margin: float = 0.0
+    collapsed: ClassVar[tuple[int, ...]] = ()
+
+    @property
+    def convex_components(self) -> tuple["PatchBatch", ...]:
+        """Bezier batches of which each point of a patch is a convex combination, at the same parameters.
+
+        What holds for all points of these on one side of a plane holds for the patch. Empty where none are known.
+        """
+        return ()
 
     @property
     def work(self) -> float:

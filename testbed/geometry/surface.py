@@ -35,17 +35,24 @@ class Part:
     faces
         (P,) the mesh face each patch came from.
     corners_in_face
-        (P, sides, 2) the parameters, in the face's own domain, of the patch's corners.
+        (P, sides, 2) the parameters, in the face's own domain, of the patch's corners. Those of a patch beside the
+        faces, along an edge of the mesh, lie on that edge; such a patch has no place that ``evaluate`` could find.
+    strands
+        (P, sides) which curve each side follows, where several join the same two corners; sides belong together that
+        have the same corners and the same strand. None where there is one curve everywhere.
     """
 
     batch: PatchBatch
     corner_ids: Int
     faces: Int
     corners_in_face: Float
+    strands: Int | None = None
 
     def __post_init__(self) -> None:
         count, sides = len(self.batch), self.batch.sides
         shapes = {"corner_ids": (count, sides), "faces": (count,), "corners_in_face": (count, sides, 2)}
+        if self.strands is not None:
+            shapes["strands"] = (count, sides)
         for name, shape in shapes.items():
             if (found := getattr(self, name).shape) != shape:
                 raise PluginError(f"{name} has shape {found} for {count} patches of {sides} sides: give {shape}")
@@ -128,7 +135,8 @@ class Surface:
         PluginError
             The corner ids make no surface; the message names the patches.
         """
-        return patch_edges([part.corner_ids for part in self.parts], [part.faces for part in self.parts])
+        strands = [np.zeros_like(part.corner_ids) if part.strands is None else part.strands for part in self.parts]
+        return patch_edges([part.corner_ids for part in self.parts], [part.faces for part in self.parts], strands)
 
     def side_jets(self, sides: PatchSides, t: Float, order: int = 2) -> Jet:
         """Jets at parameters ``t``, (S,) or (E, S), of E sides of patches, as each side runs: (rows, E, S, 3).

@@ -67,21 +67,23 @@ class Climb:
         most: Float = np.maximum(self.value, self.predicted.max(axis=1))
         return most
 
-    def advance(self, rows: Int, values: Callable[[Float], Float], sides: int, margin: float) -> None:
+    def advance(
+        self, rows: Int, values: Callable[[Float], Float], sides: int, margin: float, collapsed: tuple[int, ...] = ()
+    ) -> None:
         """Go one round with the candidates ``rows`` (n,).
 
         Parameters
         ----------
         values
             (n, K) at points (n, K, 2) of these candidates; a NaN there becomes the maximum.
-        sides, margin
-            The domain, and the corner distance to keep.
+        sides, margin, collapsed
+            The domain, and the distance to keep from its corners and from its collapsed sides.
         """
         at, value, radius, each = self.at[rows], self.value[rows], self.radius[rows], np.arange(len(rows))
         candidates = np.concatenate([at[:, None], self.proposed[rows]], axis=1)
         choice = np.argmax(np.concatenate([value[:, None], self.predicted[rows]], axis=1), axis=1)
         centre = candidates[each, choice][:, None]
-        ring = move(centre, radius[:, None, None] * ring_steps(centre[:, 0], sides), sides, margin)
+        ring = move(centre, radius[:, None, None] * ring_steps(centre[:, 0], sides), sides, margin, collapsed)
         proposals = np.isfinite(self.predicted[rows]).any()
         found = values(np.concatenate([ring, self.proposed[rows]], axis=1) if proposals else ring)
         around, tried = found[:, :6], found[:, 6:]
@@ -91,7 +93,7 @@ class Climb:
         best = np.argmax(every, axis=1)
         self.at[rows], self.value[rows] = points[each, best], every[each, best]
         level = known[each, choice]
-        proposed, gain = predictions(centre, level, ring, around, radius, sides, margin)
+        proposed, gain = predictions(centre, level, ring, around, radius, sides, margin, collapsed)
         misled = (best == 0) & (choice != 0)
         self.radius[rows] = radius * np.where(
             misled,
@@ -144,7 +146,14 @@ def ring_steps(centre: Float, sides: int) -> Float:
 
 
 def predictions(
-    centre: Float, value: Float, ring: Float, around: Float, limit: Float, sides: int, margin: float
+    centre: Float,
+    value: Float,
+    ring: Float,
+    around: Float,
+    limit: Float,
+    sides: int,
+    margin: float,
+    collapsed: tuple[int, ...] = (),
 ) -> tuple[Float, Float]:
     """Return the maxima (N, 4, 2) of the quadratic and of the parabolas through a ring, and what they gain (N, 4).
 
@@ -167,7 +176,7 @@ def predictions(
     steps = np.nan_to_num(np.concatenate([newton[:, None], line], axis=1), nan=0.0, posinf=0.0, neginf=0.0)
     length = np.abs(steps).max(axis=-1, keepdims=True)
     steps = steps * np.minimum(1.0, limit[:, None, None] / np.maximum(length, np.finfo(float).tiny))
-    moved = move(centre, steps, sides, margin)
+    moved = move(centre, steps, sides, margin, collapsed)
     with np.errstate(all="ignore"):
         x, y = np.moveaxis(moved[:, 0] - centre[:, 0], -1, 0)
         t = _along(moved[:, 1:] - centre)
@@ -181,11 +190,11 @@ def _along(steps: Float) -> Float:
     return np.stack([steps[:, 0, 0], steps[:, 1, 1], steps[:, 2, 1]], axis=-1)
 
 
-def move(centre: Float, step: Float, sides: int, margin: float) -> Float:
+def move(centre: Float, step: Float, sides: int, margin: float, collapsed: tuple[int, ...] = ()) -> Float:
     """Return ``centre + step`` (N, K, 2), cut where it leaves the domain or comes within ``margin`` of a corner.
 
     A step that ends within the margin all the same, because it starts there or crosses into it on a square, is not
-    made.
+    made; nor is one into the margin of a collapsed side.
     """
     if sides == 3:
         start, change = barycentric(centre), np.concatenate([-step.sum(axis=-1, keepdims=True), step], axis=-1)
@@ -196,6 +205,6 @@ def move(centre: Float, step: Float, sides: int, margin: float) -> Float:
     room = np.where(change == 0.0, np.inf, room).min(axis=-1, keepdims=True)
     moved: Float = np.clip(centre + np.clip(room, 0.0, 1.0) * step, 0.0, 1.0)
     if margin > 0.0:
-        near: Bool = corner_distance(sides, moved) < margin * (1.0 - 1e-9)
+        near: Bool = corner_distance(sides, moved, collapsed) < margin * (1.0 - 1e-9)
         moved = np.where(near[..., None], centre, moved)
     return moved

@@ -200,7 +200,8 @@ def _refined(
             (rows,) = np.nonzero(moving & (start.part == part))
             if len(rows):
                 own = _of_part(quantities, part, start.patch[rows], start.quantity[rows])
-                climb.advance(rows, own, of_surface.batch.sides, margins[part])
+                batch = of_surface.batch
+                climb.advance(rows, own, batch.sides, margins[part], batch.collapsed)
     value = climb.value
     result = []
     for first, last in zip(end - counts, end, strict=True):

@@ -101,23 +101,33 @@ def lattice_steps(patches: int, sides: int, budget: int) -> int:
     return max(fitting, default=STEPS[0])
 
 
-def sample_points(sides: int, corner_margin: float, steps: int) -> SamplePoints:
+def sample_points(sides: int, corner_margin: float, steps: int, collapsed: tuple[int, ...] = ()) -> SamplePoints:
     """Return the sample points of a domain.
 
     With a corner margin, second derivatives are not looked at nearer to a corner than that; on the margin they are
     looked at in three directions from each corner, because the curvature of blended patches depends on the direction.
+    Likewise along sides that are collapsed to a point.
     """
     nodes, weights = quadrature(sides)
     at = np.concatenate([nodes, lattice(sides, steps)])
     if corner_margin > 0.0:
-        at = np.concatenate([at, _margin_points(sides, corner_margin)])
-    curved = corner_distance(sides, at) >= corner_margin * (1.0 - 1e-9)
+        at = np.concatenate([at, _margin_points(sides, corner_margin, collapsed)])
+    curved = corner_distance(sides, at, collapsed) >= corner_margin * (1.0 - 1e-9)
     return SamplePoints(at, np.concatenate([weights, np.zeros(len(at) - len(weights))]), curved)
 
 
-def _margin_points(sides: int, margin: float) -> Float:
-    """Points at corner distance ``margin`` on both sides of each corner and between them, (3 sides, 2)."""
+def _margin_points(sides: int, margin: float, collapsed: tuple[int, ...]) -> Float:
+    """Points at corner distance ``margin`` on both sides of each corner and between them, (3 sides, 2).
+
+    Beside collapsed sides the corners count as one: points at three places along each, (3 sides collapsed, 2).
+    """
     corners = CORNERS[sides]
+    if collapsed:
+        ahead = np.roll(corners, -1, axis=0) - corners
+        along = np.array([[0.0], [0.5], [1.0]])
+        # the next side of a square leads straight away from a side
+        inward = [corners[side] + margin * ahead[(side + 1) % sides] + along * ahead[side] for side in collapsed]
+        return np.concatenate(inward)
     forward, back = np.roll(corners, -1, axis=0) - corners, np.roll(corners, 1, axis=0) - corners
     between = 0.5 * (forward + back) if sides == 3 else forward + back
     return np.concatenate([corners + margin * direction for direction in (forward, between, back)])
@@ -137,7 +147,7 @@ def samples_per_patch(surface: Surface, budget: int) -> int:
 def _points_of_parts(surface: Surface, budget: int) -> list[SamplePoints]:
     count = surface.patch_count
     return [
-        sample_points(batch.sides, batch.corner_margin, lattice_steps(count, batch.sides, budget))
+        sample_points(batch.sides, batch.corner_margin, lattice_steps(count, batch.sides, budget), batch.collapsed)
         for batch in surface.batches
     ]
 
