@@ -9,6 +9,7 @@ import numpy as np
 from testbed.geometry.edges import HalfEdges
 from testbed.geometry.face_data import FaceData
 from testbed.geometry.mesh_checks import (
+    check_along,
     check_not_cancelled,
     check_shapes,
     checked_faces,
@@ -126,9 +127,10 @@ class HermiteMesh:
         data["_half_edges"] = checked_half_edges(self.faces)
         check_shapes(self.points, self.faces)
         count = len(self.points)
+        gradients = None if gradients is None else checked_gradients(gradients, count)
         normals = gradients if normals is None else normals
         data["normals"] = None if normals is None else checked_normals(normals, count)
-        data["gradients"] = None if gradients is None else checked_gradients(gradients, self.normals)
+        data["gradients"] = None if gradients is None else check_along(gradients, self.normals)
         data["second_forms"] = (
             None if second_forms is None else checked_second_forms(second_forms, self.normals, count, self.h)
         )

@@ -228,9 +228,18 @@ def checked_normals(values: Any, vertices: int) -> Float:
     return np.where(is_unit[:, None], normals, scaled / length[:, None])
 
 
-def checked_gradients(values: Any, normals: Float | None) -> Float:
-    """Return the gradients, (V, 3), which have the directions of the normals, (V, 3) of length one."""
+def checked_gradients(values: Any, vertices: int) -> Float:
+    """Return the gradients, (V, 3), none of them zero."""
     gradients = checked_vectors(values, "gradients", (None, 3))
+    check_rows(len(gradients), vertices, "gradients")
+    zero = (gradients == 0.0).all(axis=1)
+    if zero.any():
+        raise MeshError(f"the gradient at vertex {first(zero)} is zero: the surface is singular there, leave it out")
+    return gradients
+
+
+def check_along(gradients: Float, normals: Float | None) -> Float:
+    """Return gradients (V, 3) that have the directions of the normals, (V, 3) of length one."""
     assert normals is not None  # noqa: S101 - without normals the gradients give them
     aside = norm(checked_normals(gradients, len(normals)) - normals) > GRADIENT
     if aside.any():

@@ -18,7 +18,8 @@ class PatchBatch(ABC):
         What a patch is, in words.
     corner_margin
         How near to a corner or a collapsed side (``domain.corner_distance``) second derivatives can be trusted: 0 for
-        polynomial patches; blended patches are 0/0 at their corners, where value and normal have limits and curvature depends on direction.
+        polynomial patches; blended patches are 0/0 at their corners, where value and normal have limits and curvature
+        depends on direction.
     collapsed
         Sides that are a single point in space, where two curves meet in a vertex at an angle. The derivative along such
         a side vanishes on it; exactly there its limit direction stands in its place, the derivative divided by the
