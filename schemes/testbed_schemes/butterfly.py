@@ -21,18 +21,11 @@ from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.domain import CORNERS
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
+from testbed.geometry.triangulation import Triangulation, following, preceding
 from testbed.geometry.vectors import Float, Int
 from testbed.plugins.base import Plugin
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.mathematics.triangle_subdivision import (
-    Triangulation,
-    check_size,
-    check_two_sided,
-    following,
-    preceding,
-    refined_places,
-    triangulation,
-)
+from testbed_schemes.mathematics.triangle_subdivision import check_size, check_two_sided, refined_places, triangulation
 
 #: Most facets of a surface: measuring these takes some 4 GB.
 MOST = 1_000_000

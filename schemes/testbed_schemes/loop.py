@@ -19,19 +19,15 @@ from testbed.errors import Refused
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.blocks import in_blocks
 from testbed.geometry.domain import CORNERS
+from testbed.geometry.loop_subdivision import interpolating_vertices, subdivided
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
+from testbed.geometry.triangulation import Triangulation
 from testbed.geometry.vectors import Float, Int
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.mathematics.box_spline import bezier_nets, patch_vertices, reflected
 from testbed_schemes.mathematics.loop_corners import CornerKind, LoopCorners
-from testbed_schemes.mathematics.loop_subdivision import interpolating_vertices, subdivided
-from testbed_schemes.mathematics.triangle_subdivision import (
-    Triangulation,
-    check_two_sided,
-    refined_places,
-    triangulation,
-)
+from testbed_schemes.mathematics.triangle_subdivision import check_two_sided, refined_places, triangulation
 
 #: Most faces at a vertex of the boundary. With k of them, the eigenvalue 3/8 + cos(2 pi / k) / 4 of a second mode
 #: across the boundary reaches the 1/2 of the tangent along it at k = 6.

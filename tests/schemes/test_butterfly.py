@@ -9,11 +9,11 @@ from spoked_meshes import lattice, turns_at_the_hub
 from testbed import registry
 from testbed.errors import Refused, SpecError
 from testbed.geometry.surface import Surface
+from testbed.geometry.triangulation import Triangulation
 from testbed.geometry.vectors import Float, norm
 from testbed.plugins.scheme import Scheme
 from testbed_schemes import butterfly, modified_butterfly
 from testbed_schemes.butterfly import Butterfly
-from testbed_schemes.mathematics.triangle_subdivision import Triangulation
 from testbed_schemes.modified_butterfly import ModifiedButterfly
 
 BOTH = [Butterfly, ModifiedButterfly]

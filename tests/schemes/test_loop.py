@@ -9,14 +9,7 @@ from testbed.errors import Refused
 from testbed.geometry import curvature
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.domain import CORNERS, barycentric
-from testbed.geometry.mesh import HermiteMesh
-from testbed.geometry.patches import PatchBatch
-from testbed.geometry.surface import Part, Surface
-from testbed.geometry.vectors import Float, angle_between, norm
-from testbed_schemes.loop import Loop
-from testbed_schemes.mathematics.box_spline import bezier_nets, patch_vertices, reflected
-from testbed_schemes.mathematics.loop_corners import CornerKind, LoopCorners, functions
-from testbed_schemes.mathematics.loop_subdivision import (
+from testbed.geometry.loop_subdivision import (
     boundary_neighbours,
     interpolating_vertices,
     limit_weights,
@@ -25,7 +18,15 @@ from testbed_schemes.mathematics.loop_subdivision import (
     subdivided,
     weights,
 )
-from testbed_schemes.mathematics.triangle_subdivision import Triangulation, refined_places, triangulation
+from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.patches import PatchBatch
+from testbed.geometry.surface import Part, Surface
+from testbed.geometry.triangulation import Triangulation
+from testbed.geometry.vectors import Float, angle_between, norm
+from testbed_schemes.loop import Loop
+from testbed_schemes.mathematics.box_spline import bezier_nets, patch_vertices, reflected
+from testbed_schemes.mathematics.loop_corners import CornerKind, LoopCorners, functions
+from testbed_schemes.mathematics.triangle_subdivision import refined_places, triangulation
 
 MESHES = {
     **{name: registry.dataset(name).mesh(0) for name in ("octahedron", "icosahedron", "torus", "graph")},

@@ -9,9 +9,10 @@ from spoked_meshes import lattice, turns_at_the_hub
 
 from testbed.errors import Refused
 from testbed.geometry.mesh import HermiteMesh
+from testbed.geometry.triangulation import Triangulation
 from testbed.geometry.vectors import norm
 from testbed_schemes import modified_butterfly
-from testbed_schemes.mathematics.triangle_subdivision import Triangulation, triangulation
+from testbed_schemes.mathematics.triangle_subdivision import triangulation
 from testbed_schemes.modified_butterfly import ModifiedButterfly
 
 

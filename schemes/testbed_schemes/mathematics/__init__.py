@@ -13,8 +13,7 @@ bicubic_centre        inner points of bicubic patches from samples at their cent
 blended_quartics      quartics whose inner points are blended rationally
 edge_deviations       blends of edges and cross-boundary fields as vectors and functions
 side_vertex           blends of curves from vertices to opposite sides
-triangle_subdivision  one-to-four refinement of a triangulation
+triangle_subdivision  places of the pieces of one-to-four refinement
 box_spline            a quartic box spline's Bezier triangles
-loop_subdivision      Loop's rules, limits and the interpolation system
 loop_corners          Loop's surface at irregular vertices, exactly
 """

@@ -12,8 +12,8 @@ three faces, and fixed corners, at a vertex with one; and reflections stay refle
 import numpy as np
 
 from testbed.geometry.evaluation import apply_table
+from testbed.geometry.triangulation import Triangulation, following, preceding
 from testbed.geometry.vectors import Float, Int
-from testbed_schemes.mathematics.triangle_subdivision import Triangulation, following, preceding
 
 #: 24 times the Bezier points (15, by decreasing i, then decreasing j) from the control vertices (12).
 _TABLE = (

@@ -21,11 +21,11 @@ import numpy as np
 from testbed.geometry.bernstein import triangle_tables
 from testbed.geometry.evaluation import apply_table
 from testbed.geometry.jets import ROWS, Jet
+from testbed.geometry.loop_subdivision import limit_weights, subdivided
 from testbed.geometry.patches import PatchBatch
+from testbed.geometry.triangulation import Triangulation, following, preceding
 from testbed.geometry.vectors import Bool, Float, Int, as_float
 from testbed_schemes.mathematics.box_spline import bezier_nets, patch_vertices, reflected
-from testbed_schemes.mathematics.loop_subdivision import limit_weights, subdivided
-from testbed_schemes.mathematics.triangle_subdivision import Triangulation, following, preceding
 
 #: Halvings of the face; nearer to the corner, rounding of 1 - u - v cannot tell places from it.
 DEEPEST = 53

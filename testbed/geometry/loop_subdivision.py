@@ -8,8 +8,8 @@ one face is a corner and stays where it is.
 
 import numpy as np
 
+from testbed.geometry.triangulation import Triangulation
 from testbed.geometry.vectors import Float, Int
-from testbed_schemes.mathematics.triangle_subdivision import Triangulation
 
 
 def subdivided(faces: Triangulation, points: Float) -> Float:
