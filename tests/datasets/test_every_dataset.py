@@ -14,8 +14,10 @@ from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.vectors import Bool, Float, angle_between, cross, dot, norm, quadratic_form, tangential, unit
 from testbed.plugins.dataset import Dataset
 
-#: With the default parameters, and where parameters change the character, with others.
-SPECS = sorted(set(registry.catalogue(Dataset)) - {"mesh"})  # type: ignore[type-abstract]
+EVERYTHING = sorted(registry.catalogue(Dataset))  # type: ignore[type-abstract]
+#: Sampled from an exact surface: with the default parameters, and where parameters change the character, with others.
+SPECS = [spec for spec in EVERYTHING if registry.dataset(spec).surface is not None]
+WITHOUT_SURFACE = [spec for spec in EVERYTHING if spec not in SPECS]
 VARIANTS = [
     *("octahedron[radius=3]", "torus[phase=0]", "torus[major=2,minor=1.9,phase=0.4]", "ellipsoid[a=3,b=0.5,c=1]"),
     *("ellipsoid[a=1,b=1,c=1]", "ellipsoid[a=2,b=2,c=0.3]", "hyperboloid[a=1,b=1,c=1]", "hyperboloid[a=0.3,b=2,c=5]"),
@@ -103,6 +105,22 @@ def scattered(mesh: HermiteMesh, distance: float, count: int = 4000) -> Float:
 def test_its_text_names_it(spec: str) -> None:
     dataset = registry.dataset(spec)
     assert registry.dataset(str(dataset)) == dataset
+
+
+@pytest.mark.parametrize("spec", WITHOUT_SURFACE)
+def test_without_an_exact_surface_every_level_is_a_mesh_or_refused(spec: str) -> None:
+    dataset = registry.dataset(spec)
+    for level in range(dataset.finest + 1):
+        mesh, again = dataset.mesh(level), registry.dataset(spec).mesh(level)
+        assert np.array_equal(mesh.points, again.points)
+        assert np.array_equal(mesh.faces, again.faces)
+        assert dataset.closed is None or dataset.closed is not bool(mesh.boundary_edges.any())
+        if mesh.normals is not None:
+            towards = dot(face_normals(mesh)[:, None, :], mesh.normals[mesh.faces])
+            assert (towards > 0.0).mean() > 0.99
+    for level in (-1, 1_000_000):
+        with pytest.raises(Refused, match=f"{level}"):
+            dataset.mesh(level)
 
 
 @every_variant
