@@ -21,10 +21,11 @@ from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.domain import CORNERS
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Part, Surface
-from testbed.geometry.triangulation import Triangulation, following, preceding
-from testbed.geometry.vectors import Float, Int
+from testbed.geometry.triangulation import Triangulation
+from testbed.geometry.vectors import Float
 from testbed.plugins.base import Plugin
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
+from testbed_schemes.mathematics.butterfly_stencil import edge_vertices
 from testbed_schemes.mathematics.triangle_subdivision import check_size, check_two_sided, refined_places, triangulation
 
 #: Most facets of a surface: measuring these takes some 4 GB.
@@ -87,7 +88,9 @@ class Butterfly(Scheme):
         """Return the facets; Refused if there were too many, or for two faces back to back."""
         check_size(self, len(mesh.faces), self.depth, MOST)
         check_two_sided(self, triangulation(mesh))
-        return facets(mesh, self.depth, lambda faces, points: edge_vertices(faces, points, self.tension))
+        return facets(
+            mesh, self.depth, lambda faces, points: edge_vertices(faces, points, faces.half_edge, self.tension)
+        )
 
 
 def check_depth(plugin: Plugin, depth: int) -> None:
@@ -115,37 +118,3 @@ def facets(mesh: HermiteMesh, depth: int, new_vertices: Callable[[Triangulation,
         faces, places = faces.refined(), refined_places(places)
     origin = np.repeat(np.arange(len(mesh.faces)), 4**depth)
     return Surface(mesh, (Part(BezierTriangles(points[faces.faces]), faces.faces, origin, places),))
-
-
-def edge_vertices(faces: Triangulation, points: Float, tension: float) -> Float:
-    """New vertices of all edges, (E, 3), by the butterfly's and, on the boundary, the four-point rule."""
-    half_edge = faces.half_edge
-    new = np.empty((len(half_edge), 3))
-    inner = faces.twin[half_edge] >= 0
-    new[inner] = butterfly_rule(faces, points, half_edge[inner], tension)
-    new[~inner] = four_point_rule(faces, points, half_edge[~inner], tension)
-    return new
-
-
-def butterfly_rule(faces: Triangulation, points: Float, half_edge: Int, tension: float) -> Float:
-    """(a + b) / 2 + 2 w (c + d) - w (wings), (N, 3), at interior half edges (N,)."""
-    twin = faces.twin[half_edge]
-    ends = points[faces.start[half_edge]] + points[faces.end[half_edge]]
-    apexes = points[faces.apex[half_edge]] + points[faces.apex[twin]]
-    left = across(faces, points, following(half_edge)) + across(faces, points, preceding(half_edge))
-    right = across(faces, points, following(twin)) + across(faces, points, preceding(twin))
-    return 0.5 * ends + tension * (2.0 * apexes - (left + right))
-
-
-def four_point_rule(faces: Triangulation, points: Float, half_edge: Int, tension: float) -> Float:
-    """(1/2 + w) (a + b) - w (neighbours along the boundary), (N, 3), at half edges (N,) of the boundary."""
-    a, b = faces.start[half_edge], faces.end[half_edge]
-    before, after = faces.start[faces.arriving[a]], faces.end[faces.onward[b]]
-    return (0.5 + tension) * (points[a] + points[b]) - tension * (points[before] + points[after])
-
-
-def across(faces: Triangulation, points: Float, half_edge: Int) -> Float:
-    """Third vertices of the faces across half edges (N,), (N, 3); beyond the boundary the reflections of our own."""
-    twin = faces.twin[half_edge]
-    reflected = points[faces.start[half_edge]] + points[faces.end[half_edge]] - points[faces.apex[half_edge]]
-    return np.where((twin >= 0)[:, None], points[faces.apex[twin]], reflected)

@@ -22,7 +22,8 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.triangulation import Triangulation, following, preceding
 from testbed.geometry.vectors import Bool, Float, Int
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
-from testbed_schemes.butterfly import MOST, across, butterfly_rule, check_depth, facets, four_point_rule
+from testbed_schemes.butterfly import MOST, check_depth, facets
+from testbed_schemes.mathematics.butterfly_stencil import across, butterfly_rule, four_point_rule
 from testbed_schemes.mathematics.triangle_subdivision import check_size, check_two_sided, triangulation
 
 TENSION = 1.0 / 16.0

@@ -12,8 +12,9 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.triangulation import Triangulation
 from testbed.geometry.vectors import Float, norm
 from testbed.plugins.scheme import Scheme
-from testbed_schemes import butterfly, modified_butterfly
+from testbed_schemes import modified_butterfly
 from testbed_schemes.butterfly import Butterfly
+from testbed_schemes.mathematics.butterfly_stencil import edge_vertices
 from testbed_schemes.modified_butterfly import ModifiedButterfly
 
 BOTH = [Butterfly, ModifiedButterfly]
@@ -48,7 +49,10 @@ def test_the_stencil_is_the_published_one() -> None:
     faces = Triangulation(triangles, len(places))
     # an edge in the middle, and the weights that each vertex has in its new vertex
     edge = int(np.nonzero((faces.edges == [12, 17]).all(axis=1))[0][0])
-    for rule, w in ((lambda p: butterfly.edge_vertices(faces, p, 0.03), 0.03), (modified_rule(faces), 1.0 / 16.0)):
+    for rule, w in (
+        (lambda p: edge_vertices(faces, p, faces.half_edge, 0.03), 0.03),
+        (modified_rule(faces), 1.0 / 16.0),
+    ):
         weights = np.array([rule(unit_vector(vertex, len(places)))[edge, 0] for vertex in range(len(places))])
         far = norm3(places - places[[12, 17]].mean(axis=0))
         expected = np.select(
@@ -82,7 +86,7 @@ def test_cubics_are_reproduced_inside_regular_triangulations(modified: bool) -> 
     x, y = places.T
     faces = Triangulation(triangles, len(places))
     points = np.stack([x, y, cubic(x, y)], axis=-1)
-    new = modified_rule(faces)(points) if modified else butterfly.edge_vertices(faces, points, 1.0 / 16.0)
+    new = modified_rule(faces)(points) if modified else edge_vertices(faces, points, faces.half_edge, 1.0 / 16.0)
     # away from the boundary
     inner = (~faces.on_boundary[faces.edges]).all(axis=1)
     assert np.abs(cubic(new[inner, 0], new[inner, 1]) - new[inner, 2]).max() < 1e-12
@@ -94,7 +98,7 @@ def test_regular_boundaries_keep_linear_functions(modified: bool, shape: tuple[i
     places, triangles = lattice(*shape)
     faces = Triangulation(triangles, len(places))
     points = np.concatenate([places, places @ np.array([[0.7], [-0.4]])], axis=1)
-    new = modified_rule(faces)(points) if modified else butterfly.edge_vertices(faces, points, 1.0 / 16.0)
+    new = modified_rule(faces)(points) if modified else edge_vertices(faces, points, faces.half_edge, 1.0 / 16.0)
     # the four-point rule turns the corners; vertices of the boundary with three faces, and those inside, are regular
     regular = (faces.face_count == np.where(faces.on_boundary, 3, 6))[faces.edges].all(axis=1)
     near_corner = np.zeros(len(regular), dtype=bool)

@@ -14,6 +14,7 @@ blended_quartics      quartics whose inner points are blended rationally
 edge_deviations       blends of edges and cross-boundary fields as vectors and functions
 side_vertex           blends of curves from vertices to opposite sides
 triangle_subdivision  places of the pieces of one-to-four refinement
+butterfly_stencil     new vertices on edges by the butterfly's rule
 box_spline            a quartic box spline's Bezier triangles
 loop_corners          Loop's surface at irregular vertices, exactly
 """
