@@ -23,6 +23,9 @@ _AXIS = np.array([0.48, 0.6, 0.64])
 _SKEW = np.array([[0, -_AXIS[2], _AXIS[1]], [_AXIS[2], 0, -_AXIS[0]], [-_AXIS[1], _AXIS[0], 0]])
 ROTATION = np.eye(3) + np.sin(1.1) * _SKEW + (1.0 - np.cos(1.1)) * (_SKEW @ _SKEW)
 TRANSLATION = np.array([0.7, -1.3, 0.4])
+#: The same in the plane z = 0, for schemes that take z for heights over it.
+TURN = np.array([[np.cos(1.1), -np.sin(1.1), 0.0], [np.sin(1.1), np.cos(1.1), 0.0], [0.0, 0.0, 1.0]])
+SHIFT = np.array([0.7, -1.3, 0.0])
 
 
 def keeps(
@@ -71,13 +74,15 @@ def _same_point(points: Float) -> Float:
 
 
 def moves_with_the_data(subject: Subject) -> Outcome:
-    """A rigid motion of the data moves the surface."""
+    """A rigid motion of the data moves the surface; of schemes on heights, one of the plane z = 0."""
+    in_plane = subject.scheme.vertical
+    rotation, translation = (TURN, SHIFT) if in_plane else (ROTATION, TRANSLATION)
     return keeps(
         subject,
-        "invariant under rigid motion",
-        lambda mesh: mesh.transformed(ROTATION, TRANSLATION, 1.0),
+        "invariant under rigid motion" + (" of the plane z = 0" if in_plane else ""),
+        lambda mesh: mesh.transformed(rotation, translation, 1.0),
         _same_place,
-        lambda points: points @ ROTATION.T + TRANSLATION,
+        lambda points: points @ rotation.T + translation,
     )
 
 

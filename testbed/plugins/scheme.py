@@ -83,6 +83,8 @@ class Scheme(Plugin):
         when the whole mesh does.
     restricted
         Takes special data only, and says so: most meshes are refused.
+    vertical
+        Takes z for heights over the plane z = 0: its surface moves with the data in motions of that plane only.
     bounds
         Ranges (low, high) of its free real parameters within which a search for better values makes sense.
     """
@@ -95,6 +97,7 @@ class Scheme(Plugin):
     reproduces: ClassVar[tuple[Shape, ...]]
     support: ClassVar[int | None] = 0
     restricted: ClassVar[bool] = False
+    vertical: ClassVar[bool] = False
     bounds: ClassVar[Mapping[str, tuple[float, float]]] = MappingProxyType({})
     required: ClassVar[tuple[str, ...]] = (
         *Plugin.required,
