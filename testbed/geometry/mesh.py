@@ -303,7 +303,11 @@ class HermiteMesh:
         if not (np.isfinite(scale) and scale > 0):
             raise ValueError(f"the scale {scale} is not a positive number")
         normals = None if self.normals is None else self.normals @ R.T
-        forms = None if self.second_forms is None else R @ self.second_forms @ R.T / scale
+        forms = None
+        if self.second_forms is not None:
+            turned = R @ self.second_forms @ R.T / scale
+            # the two products round differently; a second form is symmetric to the last bit
+            forms = 0.5 * (turned + turned.swapaxes(-1, -2))
         vector = np.asarray(translation, dtype=np.float64)
         points = scale * (self.points @ R.T) + vector
         of_faces = self.face_data.transformed(R, vector, scale)
