@@ -183,6 +183,7 @@ def _least_turns(across: Float, holds: Bool) -> Float:
             axis=1,
         )
         alone = across / square[..., None]
-    taken = np.where(holds.all(axis=1)[:, None, None], both, np.where(holds[..., None], alone, 0.0))
+    pairs = (holds[:, 0] & holds[:, 1])[:, None, None]
+    taken = np.where(pairs, both, np.where(holds[..., None], alone, 0.0))
     result: Float = 3.0 * taken
     return result
