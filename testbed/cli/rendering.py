@@ -63,6 +63,8 @@ def render_command(request: Request) -> int:
     style = next((style for style in STYLES if style == request.style), None)
     if style is None:
         raise SpecError(f"there is no style {request.style!r}: take {', '.join(STYLES)}")
+    if request.limit is not None and not request.limit > 0.0:
+        raise SpecError(f"a scale cannot end at the limit {request.limit:g}: give a positive number")
     if request.output.suffix.lower() != ".png":
         raise SpecError(f"{request.output} does not end in .png, the format of pictures: name it so")
     dataset = registry.dataset(request.dataset)
