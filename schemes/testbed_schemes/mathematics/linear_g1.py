@@ -142,31 +142,36 @@ def linear_g1(edge: SharedEdge) -> LinearG1:
     return LinearG1(alpha, beta, gamma, R1, R3, W3 / (3.0 * kappa) - kappa**2 * W0 / 3.0)
 
 
-def parallel_rows(edge: SharedEdge) -> tuple[Float, Float, Float, Float]:
-    """Return where the second rows would be if the legs across the edge went linearly from end to end: p1, p2, q1, q2.
+def parallel_row(c: Float, first: Float, last: Float) -> tuple[Float, Float]:
+    """Return the two inner points (E, 3) of a second row whose cross-boundary derivative is linear.
 
-    (E, 3) each; the cross-boundary derivatives then are linear, which meets no condition.
+    The derivative is that along (1, -1/2, -1/2), the same from both ends: the reversed edge has the reversed row. In
+    general this meets no condition.
+
+    Parameters
+    ----------
+    c
+        (E, 5, 3) the boundary.
+    first, last
+        (E, 3) the row's first and last point.
     """
-    c = edge.c
-    (first, last), (other_first, other_last) = (
-        (start - c[:, 0], end - c[:, 3]) for start, end in ((edge.p0, edge.p3), (edge.q0, edge.q3))
-    )
-    p1, q1 = (c[:, 1] + (2.0 * a + b) / 3.0 for a, b in ((first, last), (other_first, other_last)))
-    p2, q2 = (c[:, 2] + (a + 2.0 * b) / 3.0 for a, b in ((first, last), (other_first, other_last)))
-    return p1, p2, q1, q2
+    middles = 0.5 * (c[:, :-1] + c[:, 1:])
+    start, end = first - middles[:, 0], last - middles[:, 3]
+    return middles[:, 1] + (2.0 * start + end) / 3.0, middles[:, 2] + (start + 2.0 * end) / 3.0
 
 
 def free_vector(edge: SharedEdge, g1: LinearG1) -> Float:
-    """Return w1 (E, 3) that brings the second rows nearest to :func:`parallel_rows`, in the sum of squares."""
-    p1, p2, q1, q2 = parallel_rows(edge)
+    """Return w1 (E, 3) that brings the second rows nearest to :func:`parallel_row`, in the sum of squares."""
+    (p1, p2), (q1, q2) = parallel_row(edge.c, edge.p0, edge.p3), parallel_row(edge.c, edge.q0, edge.q3)
     kappa, alpha, beta = edge.kappa, g1.alpha, g1.beta
     slopes = (beta[:, 0], -alpha[:, 0], kappa * beta[:, 1], -kappa * alpha[:, 1])
     left, right = g1.R3 + beta[:, 1:] * g1.R4, g1.R3 - alpha[:, 1:] * g1.R4
     off = (p1 - g1.R1, q1 - g1.R1, p2 - left, q2 - right)
     weighted = [slope[:, None] * vector for slope, vector in zip(slopes, off, strict=True)]
     squares = sum(slope * slope for slope in slopes)
-    total: Float = weighted[0] + weighted[1] + weighted[2] + weighted[3]
-    return total / np.asarray(squares)[:, None]
+    total = weighted[0] + weighted[1] + weighted[2] + weighted[3]
+    nearest: Float = total / np.asarray(squares)[:, None]
+    return nearest
 
 
 def first_rows(edge: SharedEdge, g1: LinearG1, w1: Float) -> tuple[Float, Float, Float, Float]:

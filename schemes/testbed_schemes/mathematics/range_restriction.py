@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.geometry.vectors import Bool, Float, Int, dot, norm
-from testbed_schemes.mathematics.linear_g1 import SharedEdge, boundary, first_rows, free_vector, linear_g1
+from testbed_schemes.mathematics.linear_g1 import (
+    SharedEdge,
+    boundary,
+    first_rows,
+    free_vector,
+    linear_g1,
+    parallel_row,
+)
 from testbed_schemes.mathematics.range_restriction_heights import EdgeHeights
 from testbed_schemes.mathematics.range_restriction_network import LegNetwork
 
@@ -217,7 +224,7 @@ def further_shortening(network: LegNetwork, bad: Int, gamma: Float, lengths: Flo
     longest, shortest, cap, scale = np.zeros(count), np.full(count, np.inf), np.full(count, np.inf), np.ones(count)
     np.maximum.at(longest, network.ends, lengths)
     np.minimum.at(shortest, network.ends, lengths)
-    uneven = np.abs(gamma + [0.0, 1.0]) > 1.0 + 1e-9
+    uneven = np.abs(gamma + np.array([0.0, 1.0])) > 1.0 + 1e-9
     ends = network.ends[bad]
     cap[ends[uneven]] = np.maximum(shortest, 0.75 * longest)[ends[uneven]]
     scale[ends[~uneven.any(axis=1)]] = 0.8
@@ -247,9 +254,7 @@ def outer_rows(
     c[:, 2] += lift(c[:, 2] - start, vertex[:, 0], bound, direction)[:, None] * direction
     result.boundary[at] = c
     for row, beside in zip((result.left, result.right), network.beside(result.legs), strict=True):
-        points_ = np.stack(
-            [c[:, 1] + (2 * beside[:, 0] + beside[:, 1]) / 3, c[:, 2] + (beside[:, 0] + 2 * beside[:, 1]) / 3], axis=1
-        )
+        points_ = np.stack(parallel_row(c, start + beside[:, 0], end + beside[:, 1]), axis=1)
         raised = lift(points_ - start[:, None], vertex[:, :1], bound[:, None], direction)
         row[at] = points_ + raised[..., None] * direction
         result.raised[at] += np.where(np.isnan(raised), 0.0, raised)
