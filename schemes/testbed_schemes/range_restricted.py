@@ -104,8 +104,8 @@ class RangeRestricted(Scheme):
     )
     status = (
         "Corrected: the normals n* of the boundary rule, gamma_0 in (3.2). Derived anew from an outline: the bound, "
-        "the constrained curves and the inner points. Fills: the factor kappa, the free vector by least squares, tangents "
-        "where faces would fold."
+        "the constrained curves and the inner points. Fills: the factor kappa, the free vector by least squares, and "
+        "tangents where faces would fold."
     )
     failures = ""
     needs = Data.POINTS

@@ -26,7 +26,7 @@ LEAST = 0.05
 def projections(points: Float, faces: Int, normals: Float, along: Float | None = None) -> tuple[Float, Bool]:
     """Return the directions h (V, 3) and where they are not the one asked for (V,).
 
-    Where no direction keeps projected faces apart the normal is returned: the faces fold.
+    Where no direction keeps projected faces apart the normal is returned: faces fold, or normals are turned over.
 
     Parameters
     ----------
@@ -55,17 +55,16 @@ def projections(points: Float, faces: Int, normals: Float, along: Float | None =
 
 
 def steepness(faces: Int, of_faces: Float, normals: Float, directions: Float) -> Float:
-    """(V,) the least cosine between a direction and the normals of the faces at a vertex and its own.
+    """(V,) the least cosine of a direction, or its opposite, with the normals of the faces at a vertex and its own.
 
-    Faces that are seen from inside, all of them, and a normal that points to the other side are as good. Negative where
-    they are seen from different sides.
+    Not positive where these are seen from different sides.
     """
     cosines = dot(directions[faces], of_faces[:, None])
-    least, most = np.full(len(normals), np.inf), np.full(len(normals), -np.inf)
+    least = dot(directions, normals)
+    most = least.copy()
     np.minimum.at(least, faces, cosines)
     np.maximum.at(most, faces, cosines)
-    own = np.abs(dot(directions, normals))
-    return np.asarray(np.minimum(np.maximum(least, -most), own))
+    return np.asarray(np.maximum(least, -most))
 
 
 def project(chord: Float, normal: Float, direction: Float) -> Float:
