@@ -44,7 +44,7 @@ def face_bounds(layer0: Float, rational: Float, layer1: Float, q: Float) -> Floa
         b0 = _triangle(layer0[rows], alpha) + _rational_term(rational[rows], alpha)
         b1 = _triangle(layer1[rows], alpha)
         b2 = 2.0 / 3.0 * _triangle(q[rows], alpha)
-        return _negative_threshold(b0, b1, b2, np.zeros(()), np.ones(()), noise[rows])
+        return _negative_threshold(b0, b1, b2, np.zeros(()), noise[rows])
 
     scale = _largest(layer0, rational, layer1, q)
     # cubics along sides with b0 = 0 are not to be taken for negative ones by rounding
@@ -69,8 +69,8 @@ def edge_bounds(nets: Float, rational: Float, mu: Float, nu: Float) -> Float:
     Float
         (N,) suprema over x, y in [0, 1] of the threshold for the segment from q = x p_i + (1 - x) p_j, b0(q) < 0, to
         u = y u_k + (1 - y) u_l, with the factor of :func:`edge_factor`; negative where the coefficients are above
-        their bounds already, -inf where b0 is nowhere negative. NaN where that factor is not positive for all y: there
-        raising the coefficients does not help, and the edge is to be refused or changed.
+        their bounds already, -inf where b0 is nowhere negative. NaN where the threshold is not negative and that factor
+        not positive: raising the coefficients does not help, and the edge is to be refused or changed.
     """
     place = _edge_places()
 
@@ -95,13 +95,13 @@ def edge_bounds(nets: Float, rational: Float, mu: Float, nu: Float) -> Float:
         b2 += cross * (x * (a1101 * y1 + b1101 * y) + x1 * (a1011 * y1 + b1011 * y))
         b3 = y1**3 * along("3000") + 3.0 * y * y1 * (y1 * along("2001") + y * along("1002")) + y**3 * along("0003")
         beta = edge_factor(y, mu[rows, 3, None], nu[rows, 0, None])
-        return _negative_threshold(b0, b1, b2, b3, beta, noise[rows])
+        threshold = _negative_threshold(b0, b1, b2, b3, noise[rows])
+        helpless = np.where(threshold < 0.0, -np.inf, np.nan)
+        return np.where(beta > 0.0, threshold / np.where(beta > 0.0, beta, 1.0), helpless)
 
     scale = _largest(nets, rational)
     noise = 1e-14 * np.abs(nets[:, [place["0210"], place["0120"]]]).max(axis=1, initial=0.0)
-    result = suprema(values, scale, 4)
-    result[~(least_edge_factor(mu, nu) > 0.0)] = np.nan
-    return result
+    return suprema(values, scale, 4)
 
 
 def edge_factor(y: Float, mu4: Float, nu1: Float) -> Float:
@@ -112,20 +112,6 @@ def edge_factor(y: Float, mu4: Float, nu1: Float) -> Float:
     """
     factor: Float = (1.0 - y) ** 2 + y**2 + 2.0 * y * (1.0 - y) * (nu1 * (1.0 - y) + mu4 * y)
     return factor
-
-
-def least_edge_factor(mu: Float, nu: Float) -> Float:
-    """Return the least value (N,) of :func:`edge_factor` for y in [0, 1], of weights (N, 4) each; 1/2 + or less."""
-    m, n = mu[:, 3], nu[:, 0]
-    # beta = 1 + (2 n - 2) y + (2 - 4 n + 2 m) y^2 + (2 n - 2 m) y^3
-    c1, c2, c3 = 2.0 * n - 2.0, 2.0 - 4.0 * n + 2.0 * m, 2.0 * n - 2.0 * m
-    with np.errstate(invalid="ignore", divide="ignore"):  # no critical point, or a quadratic
-        w = -(c2 + np.copysign(np.sqrt(c2 * c2 - 3.0 * c1 * c3), c2))
-        critical = np.stack([w / (3.0 * c3), c1 / w], axis=-1)
-    y = np.clip(np.where(np.isfinite(critical), critical, 0.0), 0.0, 1.0)
-    values = edge_factor(y, m[:, None], n[:, None])
-    least: Float = np.minimum(values.min(axis=1), 1.0)
-    return least
 
 
 def raised_bounds(bounds: Float, of_edges: Float, rows: Int) -> Float:
@@ -189,11 +175,11 @@ def _rational_term(coefficients: Float, alpha: tuple[Float, Float, Float]) -> Fl
     return term
 
 
-def _negative_threshold(b0: Float, b1: Float, b2: Float, b3: Float, beta: Float, noise: Float) -> Float:
-    """Return the threshold where b0 < 0, -inf elsewhere; NaN stays."""
+def _negative_threshold(b0: Float, b1: Float, b2: Float, b3: Float, noise: Float) -> Float:
+    """Return the threshold for a factor of one where b0 < 0, -inf elsewhere; NaN stays."""
     asked: Bool = ~(b0 >= -noise[:, None])
     result = np.full(b0.shape, -np.inf)
-    result[asked] = shooting_bound(*(np.broadcast_to(b, b0.shape)[asked] for b in (b0, b1, b2, b3, beta)))
+    result[asked] = shooting_bound(*(np.broadcast_to(b, b0.shape)[asked] for b in (b0, b1, b2, b3)))
     return result
 
 

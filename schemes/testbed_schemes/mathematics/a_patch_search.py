@@ -50,7 +50,7 @@ def suprema(values: Values, scale: Float, sides: int) -> Float:
     Returns
     -------
     Float
-        (N,): -inf where a function is that everywhere, NaN where one of its values on the lattice is.
+        (N,): -inf where a function is that everywhere, NaN where one of its values met is.
     """
     result = np.empty(len(scale))
     for start in range(0, len(scale), _ROWS):
@@ -74,7 +74,7 @@ def _search(values: Values, scale: Float, rows: Int, sides: int) -> Float:
         there = values(rows[owner], around)
         each, place = np.arange(len(owner)), there.argmax(axis=1)
         top, peak = there[each, place], around[each, place]
-        better = top > high
+        better = ~(top <= high)  # NaN is taken, and stays
         # a peak at the window's rim may lie outside: followed before closing in
         at_rim = better & (np.abs(peak - at) > 0.75 * width[:, None]).any(axis=1)
         # halving the window divides what it can gain by four; by more than five in two of three rounds is luck

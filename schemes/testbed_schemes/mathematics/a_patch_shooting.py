@@ -20,7 +20,7 @@ from testbed.geometry.vectors import Float
 _NEAREST = 1e-140
 
 
-def shooting_bound(b0: Float, b1: Float, b2: Float, b3: Float, beta: Float) -> Float:
+def shooting_bound(b0: Float, b1: Float, b2: Float, b3: Float, beta: float | Float = 1.0) -> Float:
     """Return the exact threshold b* above which the smallest root of sum b_s B_s^3(t) + beta t^2 b is simple.
 
     Parameters
@@ -47,6 +47,7 @@ def shooting_bound(b0: Float, b1: Float, b2: Float, b3: Float, beta: Float) -> F
         t = first_roots(np.stack(np.broadcast_arrays(2.0 * b0, b0 + b1, 2.0 * b1, 3.0 * b2 - b3), axis=-1))
         t = np.where(np.isnan(t), 1.0, t)
         s = 1.0 - t
+        beta = np.asarray(beta, dtype=np.float64)
         valid = (b0 < 0.0) & (beta > 0.0)
         height = -(s * (s * (s * b0 + 3.0 * t * b1) + 3.0 * t * t * b2) + t * t * t * b3)
         # nearer to the start than squares can tell, h is below everything
