@@ -217,5 +217,6 @@ def bracketed(cubics: Float) -> Float:
         middle = 0.5 * (low + high)
         above = bernstein(cubics, middle) > 0.0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
-    t = polished(cubics, high)
+    # a root far below the last interval's length keeps its digits if Newton's method starts below it
+    t = polished(cubics, np.where(low == 0.0, low, high))
     return np.where(found & (t < 1.0), t, np.nan)
