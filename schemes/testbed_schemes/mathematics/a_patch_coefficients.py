@@ -18,7 +18,7 @@ Formulas: as printed in the paper, but
   number 2 coefficient is the mean of (4.10) to (4.12): C1 inside the face, and quadrics are kept.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -118,6 +118,10 @@ class FaceNets:
 
     def __len__(self) -> int:
         return len(self.faces)
+
+    def take(self, rows: Int) -> "FaceNets":
+        """Return some of the faces."""
+        return FaceNets(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def rows(self, face_count: int) -> Int:
         """Return the row (F,) of every face of the mesh, -1 where it has no tetrahedron on this side."""

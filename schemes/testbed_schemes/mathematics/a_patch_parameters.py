@@ -5,7 +5,9 @@ bound of an edge is for raising both faces alike; raising one alone lowers the o
 below -1/2. There the edges are looked at again with the coefficients as they came out, and both are raised further.
 
 Formulas: as printed. **Fill**: the order of the edges' bounds, the largest one at once; the look at the result; the
-margin above the bound, :func:`~testbed_schemes.mathematics.a_patch_bounds.above`.
+margin above the bound, :func:`~testbed_schemes.mathematics.a_patch_bounds.above`; and bounds are searched only where
+the signs of coefficients leave a doubt (:func:`face_is_certain`): of b_0 < 0, b_1, b_2 >= 0 and b_3 > 0 the signs
+change once, whatever b_1 is, so that there is exactly one root and it is simple. Most faces and edges are like that.
 """
 
 from dataclasses import dataclass
@@ -14,10 +16,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from testbed.errors import Refused
-from testbed.geometry.vectors import Float
+from testbed.geometry.vectors import Bool, Float, Int
 from testbed_schemes.mathematics.a_patch_bounds import MARGIN, above, edge_bounds, face_bounds, raised_bounds
 from testbed_schemes.mathematics.a_patch_coefficients import FaceNets
-from testbed_schemes.mathematics.a_patch_edges import EdgeNets
+from testbed_schemes.mathematics.a_patch_edges import EdgeNets, tetrahedron_place
 from testbed_schemes.mathematics.a_patch_free import opposite_vertices, quadric_parameters
 from testbed_schemes.mathematics.a_patch_sides import SIDES, Hull, nets_of_edges
 
@@ -25,6 +27,9 @@ from testbed_schemes.mathematics.a_patch_sides import SIDES, Hull, nets_of_edges
 Free: TypeAlias = Literal["default", "quadric"] | float
 #: Looks at edges after raising one face alone.
 LOOKS = 8
+#: Places of the coefficients of layers 2 and 3 of an edge's tetrahedron.
+LAYER2 = tuple(tetrahedron_place(*corners) for corners in ((0, 0, 1), (0, 0, 2), (1, 3, 3), (2, 3, 3)))
+LAYER3 = tuple(tetrahedron_place(*corners) for corners in ((0, 0, 0), (0, 0, 3), (0, 3, 3), (3, 3, 3)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +40,15 @@ class FreeCoefficients:
     ----------
     top
         (N,) f0003, in the frame of the side.
-    bounds
-        (N,) what they have to exceed, B_ijk with the edges' part; -inf where nothing is asked.
     raised
         (N,) true where the choice was too low.
+    searched
+        Faces and edges whose bounds were searched.
     """
 
     top: Float
-    bounds: Float
-    raised: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    raised: Bool
+    searched: int
 
 
 def free_coefficients(found: Hull, side: int, nets: FaceNets, free: Free) -> FreeCoefficients:
@@ -54,34 +59,34 @@ def free_coefficients(found: Hull, side: int, nets: FaceNets, free: Free) -> Fre
     Refused
         At an edge the tetrahedron is so wide that raising the coefficients does not help; the message names the edge.
     """
-    chosen = _chosen(found, side, nets, free)
-    pieces = nets.pieces()
-    of_pieces = face_bounds(pieces.layer0, pieces.rational, pieces.layer1, pieces.q)
-    bounds = (
-        np.maximum.reduceat(of_pieces, np.searchsorted(pieces.owner, np.arange(len(nets)))) if len(nets) else chosen
-    )
+    chosen = chosen_coefficients(found, side, nets, free)
+    edges = nets_of_edges(found, side, nets, chosen)
+    doubtful = np.flatnonzero(~sheet_is_certain(edges))
+    asked = ~face_is_certain(nets, chosen)
+    asked[edges.rows[doubtful]] = True
+    bounds = np.full(len(nets), -np.inf)
+    bounds[asked] = bounds_of_faces(nets, np.flatnonzero(asked))
     # where nothing is asked of a face, edges are looked at with its own choice
     lowest = np.where(np.isfinite(bounds), bounds, chosen)
-    edges = nets_of_edges(found, side, nets, lowest)
-    of_edges = _checked(found, edges, edge_bounds(edges.nets, edges.rational, edges.mu, edges.nu))
-    bounds = np.where(
-        (of_edges_by_face := raised_bounds(np.zeros(len(nets)), of_edges, edges.rows)) > 0.0, lowest, bounds
-    )
-    bounds = bounds + of_edges_by_face
+    further = _raised_by_edges(found, nets_of_edges(found, side, nets, lowest), doubtful, len(nets))
+    bounds = np.where(further > 0.0, lowest + further, bounds)
     top = above(chosen, bounds)
-    alone = np.minimum(edges.mu[:, 3], edges.nu[:, 0]) < -0.5
-    for _ in range(LOOKS if alone.any() else 0):
-        edges = nets_of_edges(found, side, nets, top)
-        lack = edge_bounds(edges.nets[alone], edges.rational[alone], edges.mu[alone], edges.nu[alone])
-        if not (lack > 0.0).any():
+
+    alone = np.flatnonzero(np.minimum(edges.mu[:, 3], edges.nu[:, 0]) < -0.5)
+    searched = int(asked.sum()) + len(doubtful)
+    for _ in range(LOOKS):
+        alone = alone[(top > chosen)[edges.rows[alone]].any(axis=1)]
+        if not len(alone):
             break
-        further = raised_bounds(np.zeros(len(nets)), lack, edges.rows[alone])
+        searched += len(alone)
+        further = _raised_by_edges(found, nets_of_edges(found, side, nets, top), alone, len(nets))
+        if not further.any():
+            break
         top = top + (1.0 + MARGIN) * further
-        bounds = np.maximum(bounds, top)
-    return FreeCoefficients(top, bounds, top > chosen)
+    return FreeCoefficients(top, top > chosen, searched)
 
 
-def _chosen(found: Hull, side: int, nets: FaceNets, free: Free) -> Float:
+def chosen_coefficients(found: Hull, side: int, nets: FaceNets, free: Free) -> Float:
     """Return the coefficients (N,) as chosen, whatever their bounds."""
     if free == "default":
         return nets.default
@@ -93,10 +98,33 @@ def _chosen(found: Hull, side: int, nets: FaceNets, free: Free) -> Float:
     return quadric_parameters(nets, points, SIDES[side] * found.vectors[beyond])
 
 
-def _checked(found: Hull, edges: EdgeNets, bounds: Float) -> Float:
-    """Return the bounds of edges, Refused where one is not a number."""
+def face_is_certain(nets: FaceNets, top: Float) -> Bool:
+    """Return the faces (N,) that have one sheet whatever their layers 0 and 1: layer 2 >= 0 and f0003 > 0."""
+    layer2 = top[:, None] + 2.0 * nets.q
+    return np.asarray((layer2 >= 0.0).all(axis=1) & (top > 0.0))
+
+
+def sheet_is_certain(edges: EdgeNets) -> Bool:
+    """Return the edges (N,) that have one sheet whatever their layers 0 and 1: layer 2 >= 0 and layer 3 > 0."""
+    layer2 = (edges.nets[:, LAYER2] >= 0.0).all(axis=1) & (edges.rational >= 0.0).all(axis=1)
+    return np.asarray(layer2 & (edges.nets[:, LAYER3] > 0.0).all(axis=1))
+
+
+def bounds_of_faces(nets: FaceNets, rows: Int) -> Float:
+    """Return the bounds B_ijk of chosen faces, the largest one of the three pieces of a split face."""
+    if not len(rows):
+        return np.empty(0)
+    pieces = nets.take(rows).pieces()
+    bounds = face_bounds(pieces.layer0, pieces.rational, pieces.layer1, pieces.q)
+    largest: Float = np.maximum.reduceat(bounds, np.searchsorted(pieces.owner, np.arange(len(rows))))
+    return largest
+
+
+def _raised_by_edges(found: Hull, edges: EdgeNets, rows: Int, faces: int) -> Float:
+    """Return what the bounds of some edges add to each of so many faces; Refused where a bound is not a number."""
+    bounds = edge_bounds(edges.nets[rows], edges.rational[rows], edges.mu[rows], edges.nu[rows])
     if np.isnan(bounds).any():
-        row = int(np.argmax(np.isnan(bounds)))
+        row = int(rows[np.argmax(np.isnan(bounds))])
         edge = int(edges.edges[row])
         start, end = found.mesh.edges[edge].tolist()
         raise Refused(
@@ -104,4 +132,4 @@ def _checked(found: Hull, edges: EdgeNets, bounds: Float) -> Float:
             f"{float(edges.nu[row, 0] + edges.mu[row, 3]):.3g}, that no free coefficients give one sheet there: give a "
             "finer mesh or other normals"
         )
-    return bounds
+    return raised_bounds(np.zeros(faces), bounds, edges.rows[rows])

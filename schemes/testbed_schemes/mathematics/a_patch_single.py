@@ -116,13 +116,14 @@ class _Edges:
         along = q - p
         offset = far - p[:, None]
         across = offset - (dot(offset, along[:, None]) / dot(along, along)[:, None])[..., None] * along[:, None]
-        # flat faces hold the affine function, too: at zero
-        holds = there & (single[faces] | (found.faces[faces] == Convexity.ZERO))
+        # beside single cubics flat faces hold the affine function, too: at zero
+        alone = there & single[faces]
+        holds = alone | (alone[:, ::-1] & there & (found.faces[faces] == Convexity.ZERO))
         apexes = np.where(there[..., None, None], np.moveaxis(found.apexes[:, faces], 0, 2), np.nan)
         plain = middle_coefficient(far, (p[:, None], q[:, None]), (vectors[start][:, None], vectors[end][:, None]))
         return cls(
             faces,
-            there & single[faces],
+            alone,
             plain,
             _least_turns(across, holds),
             (p, q),
