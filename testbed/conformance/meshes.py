@@ -208,14 +208,14 @@ def _tilted_plane() -> Float:
 
 
 def ellipsoid() -> HermiteMesh:
-    """Map the icosahedron to the ellipsoid with semi-axes 1, 1.4 and 2."""
+    """Map the icosahedron to the ellipsoid with semi-axes 1, 1.4 and 2, with gradients of its equation."""
     mesh = icosahedron()
     points = mesh.points * AXES
     gradient = points / AXES**2
     normals = unit(gradient)
     tangent = np.eye(3) - normals[:, :, None] * normals[:, None, :]
     forms = tangent @ np.diag(1.0 / AXES**2) @ tangent / norm(gradient)[:, None, None]
-    return HermiteMesh(points, mesh.faces, normals, symmetric(forms))
+    return HermiteMesh(points, mesh.faces, normals, symmetric(forms), gradients=gradient)
 
 
 def _off_sphere(points: Float) -> Float:
