@@ -52,6 +52,17 @@ def limit_weights(valence: Int) -> Float:
     return np.asarray(1.0 / (0.375 / weights(valence) + valence))
 
 
+def limit_points(faces: Triangulation, points: Float) -> Float:
+    """Limits (V, dim) of the vertices."""
+    chi, inside = limit_weights(faces.face_count)[:, None], ~faces.on_boundary[:, None]
+    averaged = (1.0 - faces.face_count[:, None] * chi) * points + chi * ring_sums(faces, points)
+    limit = np.where(inside, averaged, points)
+    smooth = smooth_boundary(faces)
+    before, after = boundary_neighbours(faces, smooth)
+    limit[smooth] = (4.0 * points[smooth] + points[before] + points[after]) / 6.0
+    return limit
+
+
 def ring_sums(faces: Triangulation, points: Float) -> Float:
     """Sums of all neighbours of the vertices, (V, dim)."""
     a, b = faces.edges.T

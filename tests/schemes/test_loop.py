@@ -10,11 +10,8 @@ from testbed.geometry import curvature
 from testbed.geometry.bezier import BezierTriangles
 from testbed.geometry.domain import CORNERS, barycentric
 from testbed.geometry.loop_subdivision import (
-    boundary_neighbours,
     interpolating_vertices,
-    limit_weights,
-    ring_sums,
-    smooth_boundary,
+    limit_points,
     subdivided,
     weights,
 )
@@ -38,17 +35,6 @@ KINDS = [CornerKind(count) for count in (3, 4, 5, 7, 12)] + [
 ]
 
 
-def limits(faces: Triangulation, points: Float) -> Float:
-    """Limits (V, 3) of the vertices, by the masks."""
-    chi = limit_weights(faces.face_count)[:, None]
-    inside = (1.0 - faces.face_count[:, None] * chi) * points + chi * ring_sums(faces, points)
-    result = np.where(faces.on_boundary[:, None], points, inside)
-    smooth = smooth_boundary(faces)
-    before, after = boundary_neighbours(faces, smooth)
-    result[smooth] = (4.0 * points[smooth] + points[before] + points[after]) / 6.0
-    return np.asarray(result)
-
-
 def hub(surface: Surface) -> Part:
     """The patches at vertex 0, from there."""
     at_hub = [part for part in surface.parts if (part.corner_ids[:, 0] == 0).any()]
@@ -66,7 +52,7 @@ def test_the_surface_is_the_limit_of_subdivision_step_by_step(name: str) -> None
         points, faces, places = subdivided(faces, points), faces.refined(), refined_places(places)
     origin = np.repeat(np.arange(len(mesh.faces)), 4**4)
     found = Loop().fit(mesh).evaluate(origin, barycentric(places[:, 0]), 0).f
-    assert norm(found - limits(faces, points)[faces.faces[:, 0]]).max() < 4e-15 * np.abs(points).max()
+    assert norm(found - limit_points(faces, points)[faces.faces[:, 0]]).max() < 4e-15 * np.abs(points).max()
 
 
 @pytest.mark.parametrize("name", MESHES)
@@ -141,7 +127,7 @@ def test_the_system_is_solved_and_well_conditioned(name: str) -> None:
     mesh = MESHES[name]
     faces = triangulation(mesh)
     control = interpolating_vertices(faces, mesh.points)
-    assert norm(limits(faces, control) - mesh.points).max() < 1e-14
+    assert norm(limit_points(faces, control) - mesh.points).max() < 1e-14
     inside = np.flatnonzero(~faces.on_boundary)
     if len(inside):
         matrix = np.stack([_limit_of_unit(faces, vertex)[inside] for vertex in inside.tolist()], axis=1)
@@ -151,7 +137,7 @@ def test_the_system_is_solved_and_well_conditioned(name: str) -> None:
 def _limit_of_unit(faces: Triangulation, vertex: int) -> Float:
     points = np.zeros((faces.vertices, 3))
     points[vertex, 0] = 1.0
-    return limits(faces, points)[:, 0]
+    return limit_points(faces, points)[:, 0]
 
 
 def test_flat_data_stay_flat() -> None:
@@ -238,7 +224,7 @@ def test_bezier_points_from_the_box_spline_are_those_of_subdivision() -> None:
         points, faces, corners = subdivided(faces, points), faces.refined(), refined_places(corners)
     pieces = slice(16 * face, 16 * face + 16)
     found = BezierTriangles(net).jets(corners[pieces, 0], 0).f[0]
-    assert norm(found - limits(faces, points)[faces.faces[pieces, 0]]).max() < 1e-14
+    assert norm(found - limit_points(faces, points)[faces.faces[pieces, 0]]).max() < 1e-14
 
 
 @pytest.mark.parametrize("name", ["graph", "3 faces on the boundary"])
