@@ -18,6 +18,7 @@ from testbed.harness.run import TIMEOUT
 from testbed_reports.derived import compare_derived, measure_derived
 from testbed_reports.published import PublishedRow, compare, published_plan, write_published
 from testbed_reports.published_table import derived_of, figures_of, published_table
+from testbed_reports.redrawn import draw_again, pictures_of, records
 
 _STYLES = {"agrees": "green", "differs": "yellow", "unexplained": "bold red", "no value": "bold red"}
 
@@ -32,33 +33,41 @@ def reproduce_command(paper: str, directory: Path, jobs: int | None, *, as_json:
     """
     console = wide(stderr=as_json)
     figures, derived = figures_of(paper), derived_of(paper)
+    pictures = pictures_of(paper)
     if directory.exists() and not directory.is_dir():
         raise TestbedError(f"{directory} is a file: name a directory with -o")
-    planned = published_plan(figures)
+    # a paper may have pictures only
+    planned = published_plan(figures) if figures else None
     approximations = {(one.dataset, one.scheme, one.epsilon) for one in derived if one.source == "approximation"}
     console.print(
-        f"{len(figures) + len(derived)} published figures: {len(planned.cells)} cells and {len(approximations)} "
-        f"approximations, in {directory}/",
+        f"{len(figures) + len(derived)} published figures: {len(planned.cells) if planned else 0} cells, "
+        f"{len(approximations)} approximations and {len(pictures)} pictures, in {directory}/",
         markup=False,
     )
-    summary = run_with_progress(console, planned, directory, jobs, TIMEOUT, retry_failed=False)
-    if summary.interrupted:
-        console.print("interrupted: run the same command again to go on from here")
-        return 130
+    rows: tuple[PublishedRow, ...] = ()
+    if planned is not None:
+        summary = run_with_progress(console, planned, directory, jobs, TIMEOUT, retry_failed=False)
+        if summary.interrupted:
+            console.print("interrupted: run the same command again to go on from here")
+            return 130
+        rows = compare(figures, read_results(directory))
+        seconds = f"in {summary.seconds:.0f} s"
+        console.print(f"{summary.total} cells: {summary.computed} computed, {summary.reused} reused, {seconds}")
     with console.status("approximations"):
-        measured = measure_derived(derived, jobs)
-    rows = (*compare(figures, read_results(directory)), *compare_derived(derived, measured))
+        rows = (*rows, *compare_derived(derived, measure_derived(derived, jobs)))
+    directory.mkdir(parents=True, exist_ok=True)
     written = write_published(directory, rows)
+    with console.status("pictures"):
+        drawn = draw_again(directory, pictures)
     if as_json:
-        records = [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
-        json.dump({"figures": records, "written": str(written)}, sys.stdout, indent=1)
+        numbers = [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
+        found = {"figures": numbers, "pictures": records(pictures, drawn), "written": str(written)}
+        json.dump(found, sys.stdout, indent=1)
         sys.stdout.write("\n")
     else:
         _print_rows(console, rows)
-        console.print(
-            f"{summary.total} cells: {summary.computed} computed, {summary.reused} reused, in {summary.seconds:.0f} s"
-        )
-        console.print(f"written: {written}", markup=False, soft_wrap=True)
+        for path in (written, *drawn):
+            console.print(f"written: {path}", markup=False, soft_wrap=True)
     return int(any(row.agreement in ("unexplained", "no value") for row in rows))
 
 

@@ -155,6 +155,6 @@ def _map(style: Style, values: Float, scale: Scale, sights: Sights, camera: Came
 def _bands(phase: Float, facing: Float) -> Float:
     """Dark and light bands, a period each two units of the phase; of the inner side's colour seen from behind."""
     dark = np.floor(phase).astype(np.float64) % 2.0 == 0.0
-    light = np.where((facing < 0.0)[:, None], INNER, np.array([0.97, 0.97, 0.97]))
+    light = np.where((facing < 0.0)[:, None], INNER, np.array([0.88, 0.89, 0.9]))
     colours = np.where(dark[:, None], np.array([0.13, 0.15, 0.2]), light)
     return np.where(np.isnan(phase)[:, None], np.nan, colours)

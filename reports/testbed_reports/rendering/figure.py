@@ -36,7 +36,7 @@ DPI: Final = 120
 #: Inches above a picture for its title, below it for its remark, and beside the last for the colour bar.
 ABOVE: Final = 0.52
 BELOW: Final = 0.34
-BESIDE: Final = 1.3
+BESIDE: Final = 1.45
 #: Edges between patches: colour and width in points.
 EDGE_COLOUR: Final = (0.1, 0.1, 0.12)
 EDGE_WIDTH: Final = 0.5
@@ -131,8 +131,8 @@ def draw_figure(
     """Return the figure of surfaces as seen."""
     from matplotlib.figure import Figure
 
-    columns = min(columns, len(subjects))
     rows = -(-len(subjects) // columns)
+    columns = -(-len(subjects) // rows)
     side, strip = looks[0].sights.size / DPI, _strip(looks)
     tall = (strip[1] - strip[0]) / DPI
     beside = BESIDE if style in (*LABELS, "jump", "patches") else 0.0
