@@ -10,11 +10,12 @@ Each is to be at least -r, r that of its own patch: four bounds on w, which leav
 not empty restricts the boundary curve, as R1 and R3 depend on it; bounds on the control points alone do not suffice.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from testbed.geometry.vectors import Bool, Float
+from testbed.geometry.vectors import Bool, Float, Int
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +43,17 @@ class EdgeHeights:
     gamma: Float
     bounds: Float
 
-    def __getitem__(self, chosen: object) -> "EdgeHeights":
-        """Return the chosen edges; ``[:, :, None]`` adds an axis, for more than one kappa an edge."""
+    def __getitem__(self, chosen: Int | Bool) -> "EdgeHeights":
+        """Return the chosen edges."""
+        return self._each(lambda values: values[chosen])
+
+    def for_many(self) -> "EdgeHeights":
+        """Return the same with an axis more, for several kappas (k,) or (E, k) an edge."""
+        return self._each(lambda values: values[:, :, None])
+
+    def _each(self, change: Callable[[Float], Float]) -> "EdgeHeights":
         values = (self.vertex, self.leg, self.across, self.alpha, self.gamma, self.bounds)
-        return EdgeHeights(*(value[chosen] for value in values))  # type: ignore[index]
+        return EdgeHeights(*(change(value) for value in values))
 
     def scaled(self, factors: Float) -> "EdgeHeights":
         """Return the same with all legs at both ends multiplied by factors (E, 2): alpha and gamma stay."""
@@ -101,3 +109,12 @@ class EdgeHeights:
         least, greatest = self.interval(kappa)
         possible: Bool = np.less_equal(least, greatest)
         return possible
+
+    def width(self, kappa: Float) -> Float:
+        """Return the width of the interval times the root of kappa, which is the same for the reversed edge.
+
+        -1 where the interval is empty.
+        """
+        least, greatest = self.interval(kappa)
+        with np.errstate(invalid="ignore"):  # both infinite
+            return np.where(least <= greatest, (greatest - least) * np.sqrt(kappa), -1.0)
