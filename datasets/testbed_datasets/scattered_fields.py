@@ -9,9 +9,9 @@ from testbed.geometry.level_bounds import EnclosedLevelSet, Expansion
 from testbed.geometry.vectors import Bool, Float, norm
 from testbed_datasets.bumped_plane import SECOND_ORDER, BumpedPlane
 
-#: Height and width of the peak.
-PEAK = (1.0, 0.5)
-#: Most showers of a rainfall, least and most radius, least and most height; tries to place one beside the others.
+#: Width of the peak.
+PEAK = 0.5
+#: Most showers of a rainfall, least and most radius, and height over radius; tries to place one beside the others.
 SHOWERS, RADII, RAIN, TRIES = 6, (0.15, 0.35), (0.6, 2.0), 200
 #: The generators of places and heights are apart from that of the sites.
 STREAM_OF_BUMPS, STREAM_OF_HEIGHTS = 1, 2
@@ -161,9 +161,9 @@ class _SummedExpansion(Expansion):
         return value, gradient
 
 
-def random_heights(seed: int, count: int, ground: float) -> Float:
-    """Independent heights (N,), uniform up to 1 above the ground."""
-    heights: Float = ground + np.random.default_rng([seed, STREAM_OF_HEIGHTS]).uniform(size=count)
+def random_heights(seed: int, count: int, height: float, ground: float) -> Float:
+    """Independent heights (N,) up to ``height`` above the ground, most of them low: fourth powers of uniform ones."""
+    heights: Float = ground + height * np.random.default_rng([seed, STREAM_OF_HEIGHTS]).uniform(size=count) ** 4
     return heights
 
 
@@ -178,14 +178,17 @@ def rough_middles(seed: int, step: int, start: Float, end: Float, ground: float)
     return middle
 
 
-def peak(seed: int, ground: float) -> BumpField:
-    """Return flat ground with one peak of height 1, its top near the middle of the unit square."""
+def peak(seed: int, height: float, ground: float) -> BumpField:
+    """Return flat ground with one peak, its top near the middle of the unit square."""
     x, y = np.random.default_rng([seed, STREAM_OF_BUMPS]).uniform(0.35, 0.65, 2).tolist()
-    return BumpField((BumpedPlane(*PEAK, (x, y)),), ground)
+    return BumpField((BumpedPlane(height, PEAK, (x, y)),), ground)
 
 
-def rainfall(seed: int, ground: float) -> BumpField:
-    """Return showers over dry ground: up to ``SHOWERS`` bumps about places of the unit square."""
+def rainfall(seed: int, height: float, ground: float) -> BumpField:
+    """Return showers over dry ground: up to ``SHOWERS`` bumps about places of the unit square.
+
+    Each next one is made smaller to fit beside those before; their heights are ``height`` times ``RAIN`` of radii.
+    """
     random = np.random.default_rng([seed, STREAM_OF_BUMPS])
     draws = random.uniform(size=(TRIES, 4))
     bumps: list[BumpedPlane] = []
@@ -193,5 +196,6 @@ def rainfall(seed: int, ground: float) -> BumpField:
         room = min((np.hypot(x - one.place[0], y - one.place[1]) - one.width for one in bumps), default=np.inf)
         width = min(RADII[0] + size * (RADII[1] - RADII[0]), 0.999 * float(room))
         if width >= RADII[0] and len(bumps) < SHOWERS:
-            bumps.append(BumpedPlane(width * (RAIN[0] + amount * (RAIN[1] - RAIN[0])), width, (x, y)))
+            steepness = height * (RAIN[0] + amount * (RAIN[1] - RAIN[0]))
+            bumps.append(BumpedPlane(steepness * width, width, (x, y)))
     return BumpField(tuple(bumps), ground)
