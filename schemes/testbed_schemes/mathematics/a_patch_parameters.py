@@ -5,8 +5,8 @@ and these are raised by the largest positive B_ijkl of their edges. That bound i
 alike; raising one alone lowers the function where a weight of (4.15) is below -1/2. So edges are looked at until none
 lacks anything.
 
-**Fill**: the paper looks at the edges with B_ijk and B_ijl in place of the coefficients, and can so ask for more than is
-needed where these are far below the choice or far apart: a fourth of the faces inside a coarse torus would be raised,
+**Fill**: the paper looks at the edges with B_ijk and B_ijl in place of the coefficients, and so can ask for more than
+is needed where these are far below the choice or far apart: a fourth of the faces inside a coarse torus would be raised
 by up to 57 %, and none of them lacks anything. The order of the edges' bounds is the largest one at once; the margin is
 that of :func:`~testbed_schemes.mathematics.a_patch_bounds.above`; and bounds are searched only where the signs of
 coefficients leave a doubt (:func:`face_is_certain`): of b_0 < 0, b_1, b_2 >= 0 and b_3 > 0 the signs change once,
