@@ -16,7 +16,9 @@ Formulas: the ten steps of section 4.2 with corrected misprints; what the paper 
 ``a_patch_free``, ``a_patch_single`` and ``a_patch_refinement``.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Literal
 
@@ -26,13 +28,13 @@ from testbed.errors import MeshError, Refused, SpecError
 from testbed.geometry.loop_normals import loop_limit_normals
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import dot
+from testbed.geometry.vectors import dot, norm
 from testbed.plugins.base import check_finite
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.mathematics.a_patch_assembly import Places, SideNets, parts_of
 from testbed_schemes.mathematics.a_patch_classes import Convexity
 from testbed_schemes.mathematics.a_patch_parameters import free_coefficients
-from testbed_schemes.mathematics.a_patch_refinement import RefinedMesh, separated_hull
+from testbed_schemes.mathematics.a_patch_refinement import RefinedMesh, edge_place, separated_hull
 from testbed_schemes.mathematics.a_patch_sides import Hull, face_normals, hull, nets_of_edges, nets_of_faces
 from testbed_schemes.mathematics.a_patch_single import SingleCubics, single_cubics
 
@@ -120,20 +122,21 @@ class APatch(Scheme):
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Classify, build the tetrahedra and F over them, and cut the surface into patches."""
-        refined = self._refined(self._with_vectors(mesh))
+        refined = self._refined(mesh)
         found = self._hull(refined.mesh)
         nonconvex = found.faces == Convexity.NONCONVEX
         single = single_cubics(found) if self.split == "single" else None
         split = nonconvex if single is None else nonconvex & ~single.single
+        place = partial(edge_place, mesh.faces, refined)
         sides, raised, searched = [], 0, 0
         for side in range(2):
             nets = nets_of_faces(found, side, split, None if single is None else single.turns)
-            free = free_coefficients(found, side, nets, self.free)
+            free = free_coefficients(found, side, nets, self.free, place)
             sides.append(SideNets(nets, free.top, nets_of_edges(found, side, nets, free.top)))
             raised, searched = raised + int(free.raised.sum()), searched + free.searched
         places = Places(refined.parent, refined.corners_in_parent)
         parts = parts_of(found, (sides[0], sides[1]), split, places)
-        return Surface(mesh, parts, {}, _branches(found, refined, single, raised, searched))
+        return Surface(mesh, parts, {}, _branches(found, sides, refined, single, raised, searched))
 
     def _with_vectors(self, mesh: HermiteMesh) -> HermiteMesh:
         """Return the mesh with the vectors that F's gradients are to be, as its gradients."""
@@ -149,15 +152,17 @@ class APatch(Scheme):
         return HermiteMesh(mesh.points, mesh.faces, gradients=vectors)
 
     def _refined(self, mesh: HermiteMesh) -> RefinedMesh:
-        """Return the mesh, refined where tetrahedra of neighbours cross."""
+        """Return the mesh with vectors, refined where tetrahedra of neighbours cross."""
+        loop = self.normals == "loop" or mesh.normals is None
         return separated_hull(
-            mesh, lambda finer: self._hull(finer).apexes, self.modifications, loop=self.normals == "loop"
+            self._with_vectors(mesh), lambda finer: self._hull(finer).apexes, self.modifications, loop=loop
         )
 
     def _hull(self, mesh: HermiteMesh) -> Hull:
         """Return classes and apexes; Refused where a vector points below a face."""
         assert mesh.gradients is not None  # noqa: S101 - it is made with them
-        upright = dot(face_normals(mesh.corner_points())[:, None], mesh.gradients[mesh.faces]) > 0.0
+        vectors = mesh.gradients[mesh.faces]
+        upright = dot(face_normals(mesh.corner_points())[:, None], vectors) > self.tolerance * norm(vectors)
         if not upright.all():
             face, corner = (int(one) for one in np.argwhere(~upright)[0])
             raise Refused(
@@ -169,7 +174,12 @@ class APatch(Scheme):
 
 
 def _branches(
-    found: Hull, refined: RefinedMesh, single: SingleCubics | None, raised: int, searched: int
+    found: Hull,
+    sides: Sequence[SideNets],
+    refined: RefinedMesh,
+    single: SingleCubics | None,
+    raised: int,
+    searched: int,
 ) -> dict[str, int]:
     """Count the ways that the construction took."""
     words = {
@@ -180,6 +190,8 @@ def _branches(
     }
     counts = {f"{word} faces": int((found.faces == convexity).sum()) for convexity, word in words.items()}
     counts |= {f"{word} edges": int((found.edges == convexity).sum()) for convexity, word in words.items()}
+    counts["tetrahedra of faces"] = sum(len(one.faces.pieces().owner) for one in sides)
+    counts["tetrahedra of edges"] = sum(len(one.edges.edges) for one in sides)
     counts["searches for bounds"] = searched
     counts["free coefficients raised to their bounds"] = raised
     counts["hull modifications"] = refined.splits

@@ -13,6 +13,7 @@ coefficients leave a doubt (:func:`face_is_certain`): of b_0 < 0, b_1, b_2 >= 0 
 whatever b_1 is, so that there is exactly one root and it is simple. Most faces and edges are like that.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -54,8 +55,23 @@ class FreeCoefficients:
     searched: int
 
 
-def free_coefficients(found: Hull, side: int, nets: FaceNets, free: Free) -> FreeCoefficients:
-    """Return the free coefficients of the faces ``nets`` on a side.
+def free_coefficients(
+    found: Hull, side: int, nets: FaceNets, free: Free, place: Callable[[int], str]
+) -> FreeCoefficients:
+    """Return the free coefficients of the faces on a side.
+
+    Parameters
+    ----------
+    found
+        The hull.
+    side
+        0 or 1.
+    nets
+        F over the tetrahedra of the faces on that side.
+    free
+        How they are chosen.
+    place
+        From an edge of the hull's mesh to words that say where it is.
 
     Raises
     ------
@@ -73,15 +89,13 @@ def free_coefficients(found: Hull, side: int, nets: FaceNets, free: Free) -> Fre
         edges = nets_of_edges(found, side, nets, top)
         doubtful = np.flatnonzero(~sheet_is_certain(edges))
         searched += len(doubtful)
-        further = _raised_by_edges(found, edges, doubtful, len(nets))
+        further = _raised_by_edges(edges, doubtful, len(nets), place)
         if not further.any():
             return FreeCoefficients(top, top > chosen, searched)
         top = np.where(further > 0.0, above(top, top + further), top)
-    edge = int(edges.edges[doubtful[0]])
-    start, end = found.mesh.edges[edge].tolist()
     raise Refused(
-        f"free coefficients raised {LOOKS} times give no single sheet at edge {edge} (vertices {start}, {end}) or "
-        "another one yet: give a finer mesh or other normals"
+        f"free coefficients raised {LOOKS} times ensure no single sheet yet at {place(int(edges.edges[doubtful[0]]))} "
+        "or elsewhere: give a finer mesh or other normals"
     )
 
 
@@ -119,16 +133,14 @@ def bounds_of_faces(nets: FaceNets, rows: Int) -> Float:
     return largest
 
 
-def _raised_by_edges(found: Hull, edges: EdgeNets, rows: Int, faces: int) -> Float:
+def _raised_by_edges(edges: EdgeNets, rows: Int, faces: int, place: Callable[[int], str]) -> Float:
     """Return what the bounds of some edges add to each of so many faces; Refused where a bound is not a number."""
     bounds = edge_bounds(edges.nets[rows], edges.rational[rows], edges.mu[rows], edges.nu[rows])
     if np.isnan(bounds).any():
         row = int(rows[np.argmax(np.isnan(bounds))])
-        edge = int(edges.edges[row])
-        start, end = found.mesh.edges[edge].tolist()
         raise Refused(
-            f"the tetrahedron of edge {edge} (vertices {start}, {end}) is so wide, nu_1 + mu_4 = "
-            f"{float(edges.nu[row, 0] + edges.mu[row, 3]):.3g}, that no free coefficients give one sheet there: give a "
-            "finer mesh or other normals"
+            f"the tetrahedron at {place(int(edges.edges[row]))} is so wide, nu_1 + mu_4 = "
+            f"{float(edges.nu[row, 0] + edges.mu[row, 3]):.3g}, that no free coefficients ensure one sheet there: give "
+            "a finer mesh, other normals or a larger epsilon"
         )
     return raised_bounds(np.zeros(faces), bounds, edges.rows[rows])
