@@ -50,8 +50,8 @@ class ShootingTriangles(Shooting):
     F(q) = 0, the normal is continuous, derivatives of the parametrisation are not: on it they are those of the
     positive side; at a corner of the patch each is that of the side which rays from the patch's own side go to.
 
-    The rational term has no second derivatives at the corners of the base. Near these they are rounding noise of about
-    1e-16 over the distance.
+    The rational term has no second derivatives at the corners of the base. Near these, rounding takes about 1e-16 over
+    the distance from curvatures.
     """
 
     base: Float
@@ -92,8 +92,12 @@ class ShootingTriangles(Shooting):
         return result
 
     def _side(self, patch: Int, coordinates: Float) -> Int:
-        values = self._start_values(patch, self._first_side(patch), coordinates[:1])[0]
-        return side_of(values, self._present(patch))
+        def values(some: Int) -> Float:
+            chosen = patch[some]
+            start: Float = self._start_values(chosen, np.zeros_like(chosen), coordinates[:1, :, some])[0]
+            return start
+
+        return side_of(self._present(patch), values)
 
     def _start_values(self, patch: Int, side: Int, coordinates: Float) -> Float:
         """Jets (rows, n) of F on the base."""
@@ -123,9 +127,9 @@ class ShootingTriangles(Shooting):
         coordinates = coordinates[:rows]
         cubics = self._cubics(patch, side, coordinates)
         t = np.zeros(len(patch)) if at_start else ray_roots(np.stack([b[0] for b in cubics]), side)
-        base = self.base[patch]
-        q = Taylor(sum((coordinates[:, i, :, None] * base[:, i] for i in range(3)), start=np.zeros(1)))
-        root = differentiated_root(cubics, t)
+        base = np.ascontiguousarray(np.moveaxis(self.base[patch], 0, -1))
+        planes = coordinates[:, :1] * base[0] + coordinates[:, 1:2] * base[1] + coordinates[:, 2:] * base[2]
+        q, root = Taylor(planes.swapaxes(1, 2)), differentiated_root(cubics, t)
         point = q + root[:, None] * (self.apexes[patch, side] - q)
         return t, point.coefficients
 
@@ -134,12 +138,11 @@ class ShootingTriangles(Shooting):
 
         Second derivatives are NaN unless rays go to the same tetrahedron along both sides.
         """
-        present = self._present(patch)
         slopes = self._start_values(patch, np.zeros_like(patch), coordinates[:3])
         # how the patch's sides leave its corners: onward (1, 0), (-1, 1), (0, -1) and back (0, 1), (-1, 0), (1, -1)
         by_u, by_v = slopes[1], slopes[2]
-        onward = side_of(np.choose(corner, [by_u, by_v - by_u, -by_v]), present)
-        back = side_of(np.choose(corner, [by_v, -by_u, by_u - by_v]), present)
+        onward = np.where(np.choose(corner, [by_u, by_v - by_u, -by_v]) <= 0.0, 0, 1)
+        back = np.where(np.choose(corner, [by_v, -by_u, by_u - by_v]) <= 0.0, 0, 1)
         _, first = self._along(patch, onward, coordinates, order, at_start=True)
         _, second = self._along(patch, back, coordinates, order, at_start=True)
         result = first

@@ -79,10 +79,6 @@ class Shooting(PatchBatch):
         there: Bool = np.asarray(~np.isnan(apexes).any(axis=tuple(range(2, apexes.ndim))))
         return there
 
-    def _first_side(self, patch: Int) -> Int:
-        """Side (n,) to read F on the base or on the edge from."""
-        return np.where(self._present(patch)[:, 0], 0, 1)
-
     def take(self, patches: Int | slice) -> Self:
         """Return the batch of the chosen patches, in the order chosen; repeats allowed."""
         return type(self)(**{name: values[patches] for name, values in self._arrays().items()})
@@ -133,9 +129,9 @@ class Shooting(PatchBatch):
         samples = at.shape[-2]
         result = np.empty((*rows, len(self) * samples, 3))
         for start in range(0, len(self) * samples, CHUNK):
-            index = np.arange(start, min(start + CHUNK, len(self) * samples))
-            patch, sample = index // samples, index % samples
-            result[..., index, :] = compute(patch, at[sample] if at.ndim == 2 else at[patch, sample])
+            stop = min(start + CHUNK, len(self) * samples)
+            patch, sample = np.divmod(np.arange(start, stop), samples)
+            result[..., start:stop, :] = compute(patch, at[sample] if at.ndim == 2 else at[patch, sample])
         return result.reshape(*rows, len(self), samples, 3)
 
     def _implicit(self, patch: Int, points: Float) -> tuple[Float, Float]:
@@ -151,13 +147,17 @@ class Shooting(PatchBatch):
         """Where the rays of patches (n,) at points (n, 2) meet the surface."""
 
 
-def side_of(values: Float, present: Bool) -> Int:
-    """Side (n,) to shoot to, 0 positive or 1 negative, from values of F at the start and the sides there are (n, 2).
+def side_of(present: Bool, start_values: Callable[[Int], Float]) -> Int:
+    """Side (n,) to shoot to, 0 positive or 1 negative, of rays with tetrahedra on the sides ``present`` (n, 2).
 
-    The positive side where F <= 0; the other one where that side has no tetrahedron.
+    The positive side where F <= 0 at the start; the one there is where there is only one. Values of F are asked for
+    only where they count: ``start_values`` gives them for some of the rays.
     """
-    side = np.where(values <= 0.0, 0, 1)
-    return np.where(present[np.arange(len(side)), side], side, 1 - side)
+    side = np.where(present[:, 0], 0, 1)
+    (open_cases,) = np.nonzero(present.all(axis=1))
+    if len(open_cases):
+        side[open_cases] = np.where(start_values(open_cases) <= 0.0, 0, 1)
+    return side
 
 
 def ray_roots(cubics: Float, side: Int) -> Float:
@@ -177,21 +177,20 @@ def ray_roots(cubics: Float, side: Int) -> Float:
 def differentiated_root(cubics: Sequence[Float], t: Float) -> Taylor:
     """Root t (n,) of shooting polynomials as a function of (u, v), coefficients as jets (4 of rows, n).
 
-    Newton's method in Taylor arithmetic: each step makes derivatives of one order more exact. The value stays.
+    Newton's method in Taylor arithmetic: each step finds the derivatives of one order and leaves the lower ones alone,
+    so that they are the same whatever order is asked for.
     """
-    b0, b1, b2, b3 = (Taylor(rows) for rows in cubics)
     slope = bernstein_slope(np.stack([rows[0] for rows in cubics]), t)
-    start = np.zeros(cubics[0].shape)
-    start[0] = t
-    root = Taylor(start)
-    for _ in range(root.order):
-        r = 1.0 - root
-        tr, tt = root * r, root * root
-        step = (b0 * (r * r) + 3.0 * (b1 * tr)) * r + tt * (3.0 * (b2 * r) + b3 * root)
-        change = step.coefficients / slope
-        change[0] = 0.0
-        root = root - Taylor(change)
-    return root
+    root = t[None]
+    for rows in ROWS[1 : 1 + ROWS.index(len(cubics[0]))]:
+        known = len(root)
+        root = np.concatenate([root, np.zeros((rows - known, len(t)))])
+        b0, b1, b2, b3 = (Taylor(b[:rows]) for b in cubics)
+        x = Taylor(root)
+        r = 1.0 - x
+        value = (b0 * (r * r) + 3.0 * (b1 * (x * r))) * r + x * x * (3.0 * (b2 * r) + b3 * x)
+        root[known:] = -value.coefficients[known:] / slope
+    return Taylor(root)
 
 
 def _frozen(values: Float) -> Float:

@@ -86,7 +86,7 @@ def cubic(nets: Float, alpha: Float) -> Expansion:
 def is_singular(term: QuotientTerm, alpha: Float) -> Bool:
     """(N,) true where the denominator of a term is zero to rounding, at barycentric coordinates (4, N)."""
     if term is FACE_TERM:
-        below: Bool = np.sort(np.abs(alpha[:3]), axis=0)[1] < SINGULAR
+        below: Bool = (np.abs(alpha[:3]) < SINGULAR).sum(axis=0) >= 2
         return below
     zero: Bool = np.abs(alpha[0]) + np.abs(alpha[3]) == 0.0
     return zero
