@@ -129,8 +129,9 @@ def raised_bounds(bounds: Float, of_edges: Float, rows: Int) -> Float:
         (E, 2) the two faces of each edge.
     """
     raise_by = np.zeros(len(bounds))
-    for side in range(2):
-        np.maximum.at(raise_by, rows[:, side], of_edges)
+    with np.errstate(invalid="ignore"):  # NaN stays
+        for side in range(2):
+            np.maximum.at(raise_by, rows[:, side], of_edges)
     return bounds + raise_by
 
 

@@ -81,7 +81,8 @@ def _search(values: Values, scale: Float, rows: Int, sides: int) -> Float:
         promise = np.maximum(np.where(better, top - high, 0.0), promise / 5.0)
         at, high = np.where(better[:, None], peak, at), np.where(better, top, high)
         width = np.where(at_rim, width, 0.5 * width)
-        np.maximum.at(best, owner, high)
+        with np.errstate(invalid="ignore"):  # NaN stays
+            np.maximum.at(best, owner, high)
         done = (promise <= _ACCURACY * scale[owner]) | (width < _NARROWEST) | (high + 8.0 * promise < best[owner])
         going = ~done
         owner, at, high, width, promise = owner[going], at[going], high[going], width[going], promise[going]
