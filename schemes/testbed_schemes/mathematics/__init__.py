@@ -17,4 +17,6 @@ triangle_subdivision  places of the pieces of one-to-four refinement
 butterfly_stencil     new vertices on edges by the butterfly's rule
 box_spline            a quartic box spline's Bezier triangles
 loop_corners          Loop's surface at irregular vertices, exactly
+a_patch_refinement    A-patches: where tetrahedra of neighbours cross, and splits of edges that part them
+tetrahedron_crossings  which of many tetrahedra cross
 """

@@ -287,12 +287,12 @@ def _parted(
         try:
             found = apexes(refined.mesh)
         except Refused as error:  # in words about vertices that the mesh given does not have
-            raise Refused(f"after {level} steps no tetrahedra stand on the refined mesh") from error
+            raise Refused(f"no tetrahedra stand on the mesh of step {level}") from error
         crossing = crossing_edges(refined.mesh, found)
         if not crossing.any():
             return refined
     place = edge_place(mesh.faces, refined, int(np.argmax(crossing)))
-    raise Refused(f"after {most} steps they cross at {place}")
+    raise Refused(f"in the mesh of step {most} they cross at {place}")
 
 
 def longest_sides(mesh: HermiteMesh, edges: Bool) -> Bool:
