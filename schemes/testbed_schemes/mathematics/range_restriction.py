@@ -44,6 +44,8 @@ class RestrictedEdges:
     left, right
         (E, 2, 3) the inner control points p1, p2 of the second row in the patch on the left, and q1, q2 on the right,
         in the order of the edge; NaN where there is no face.
+    turned
+        (E, 2) true for legs that were turned.
     shortening
         (E, 2) what each given leg was multiplied by, 1 where it was kept.
     shift
@@ -60,6 +62,7 @@ class RestrictedEdges:
     boundary: Float
     left: Float
     right: Float
+    turned: Bool
     shortening: Float
     shift: Float
     raised: Float
@@ -69,6 +72,7 @@ class RestrictedEdges:
     def counts(self) -> dict[str, int]:
         """How many edges needed what; an edge may count more than once."""
         needs = {
+            "edges with turned tangents": self.turned.any(axis=1),
             "edges with shortened tangents": (self.shortening < 1.0).any(axis=1),
             "edges with kappa other than 1": self.kappa != 1.0,
             "edges with moved inner points": self.shift != 0.0,
@@ -88,7 +92,7 @@ def restrict_range(
 ) -> RestrictedEdges:
     """Return boundaries and second rows whose control points lie at most ``bounds`` below a plane.
 
-    Legs keep their directions. Bounds of infinity restrict nothing: that is the unconstrained surface. The result does
+    Bounds of infinity restrict nothing: that is the unconstrained surface. The result does
     not depend on the order and orientation of the edges.
 
     Parameters
@@ -111,17 +115,26 @@ def restrict_range(
     sides = np.where(network.faces >= 0, bounds[network.faces], np.inf) * (1.0 - SPARE)
     vertex = heights[network.ends]
     tangents = choose_tangents(network, points, normals, legs, direction, vertex, sides)
-    shortened = tangents.shortening[..., None] * legs
+    legs = tangents.shortening[..., None] * tangents.legs
     count = len(legs)
     c, left, right = np.empty((count, 5, 3)), *np.full((2, count, 2, 3), np.nan)
     shift, raised = np.zeros(count), np.zeros((count, 3))
-    data = (network, points, shortened, direction, vertex, sides)
+    data = (network, points, legs, direction, vertex, sides)
     at = np.flatnonzero(network.interior)
     c[at], left[at], right[at], shift[at] = inner_rows(*data, normals, at, tangents.kappa[at])
     at = np.flatnonzero(~network.interior)
     c[at], left[at], right[at], raised[at] = outer_rows(*data, at)
     return RestrictedEdges(
-        shortened, tangents.kappa, c, left, right, tangents.shortening, shift, raised, tangents.infeasible
+        legs,
+        tangents.kappa,
+        c,
+        left,
+        right,
+        tangents.turned,
+        tangents.shortening,
+        shift,
+        raised,
+        tangents.infeasible,
     )
 
 
@@ -173,22 +186,3 @@ def outer_rows(
         raised[:, 1:] += lifts
         rows.append(row + lifts[..., None] * direction)
     return c, rows[0], rows[1], raised
-
-
-def inner_points(first: Float, second: Float) -> Float:
-    """Return the three inner control points of the three quartics of each face, (F, 3, 3, 3): quartic s, at corner i.
-
-    Quartic s is the one that meets the neighbour along side s, from corner s to corner s + 1. Its points at these two
-    corners are those of its second row; its third one, at corner s + 2, is the mean of that of the two others.
-
-    Parameters
-    ----------
-    first, second
-        (F, 3, 3) inner points of the second row along side s in the direction of the face, next to corner s and next to
-        corner s + 1.
-    """
-    points = np.empty((len(first), 3, 3, 3))
-    s = np.arange(3)
-    points[:, s, s], points[:, s, (s + 1) % 3] = first, second
-    points[:, s, (s + 2) % 3] = 0.5 * (np.roll(second, -1, axis=1) + np.roll(first, -2, axis=1))
-    return points

@@ -3,7 +3,7 @@
 A vertex's tangents are multiplied by a common factor, which leaves alpha and gamma at its edges as they are. As both
 ends' tangents get short, c2 tends to z = (B + kappa A) / (1 + kappa), A and B the heights of the vertices, and
 
-    R1 -> A - gamma0 (z - A),   R3 -> B + (1 + gamma1) (B - z),   R4 -> 0.
+    R1 -> A - gamma0 (z - A),   R3 -> B - (1 + gamma1) (B - z),   R4 -> 0.
 
 If |gamma0| <= 1 and |1 + gamma1| <= 1, as with tangents of equal lengths at a vertex, some kappa makes both positive;
 so edges with A, B > 0 become admissible in the end. Far from that end a large kappa is no cure: kappa multiplies the
@@ -26,6 +26,7 @@ from testbed.geometry.vectors import Bool, Float, Int, dot, norm
 from testbed_schemes.mathematics.linear_g1 import SharedEdge, boundary, linear_g1
 from testbed_schemes.mathematics.range_restriction_heights import EdgeHeights
 from testbed_schemes.mathematics.range_restriction_network import LegNetwork
+from testbed_schemes.mathematics.range_restriction_turning import critical_ends, turned
 
 #: Values of kappa above 1 in the order they are tried, each after its reciprocal or before: up to 2^20.
 KAPPAS = 2.0 ** (np.arange(1, 41) / 2.0)
@@ -49,14 +50,20 @@ class Tangents:
 
     Attributes
     ----------
+    legs
+        (E, 2, 3) the given legs, some of them turned.
+    turned
+        (E, 2) true for those.
     shortening
-        (E, 2) factors of the given legs, 1 where they are kept.
+        (E, 2) factors of the legs, 1 where their lengths are kept.
     kappa
         (E,) 1 on the boundary of the mesh.
     infeasible
         (E,) true where second rows above the bounds were not found.
     """
 
+    legs: Float
+    turned: Bool
     shortening: Float
     kappa: Float
     infeasible: Bool
@@ -65,7 +72,7 @@ class Tangents:
 def choose_tangents(
     network: LegNetwork, points: Float, normals: Float, legs: Float, direction: Float, vertex: Float, bounds: Float
 ) -> Tangents:
-    """Shorten legs and choose kappa until second rows above the bounds exist along all interior edges.
+    """Turn and shorten legs and choose kappa until second rows above the bounds exist along all interior edges.
 
     Parameters
     ----------
@@ -80,25 +87,35 @@ def choose_tangents(
     vertex, bounds
         (E, 2) heights of the ends of the edges, and bounds of their faces left and right, infinity where none.
     """
-    shortening = first_shortening(vertex, dot(legs, direction), bounds.min(axis=1))
-    kappa, infeasible = np.ones(len(legs)), np.zeros(len(legs), dtype=np.bool_)
-    open_ = np.flatnonzero(network.interior)
-    for round_ in range(ROUNDS):
-        edges, shortened = network[open_], shortening[..., None] * legs
-        shared = shared_edges(edges, points, normals, shortened, open_, np.ones(len(open_)))
+    given, inside = legs, np.flatnonzero(network.interior)
+
+    def look(open_: Int, shortening: Float) -> tuple[EdgeHeights, Float, Bool]:
+        edges = network[open_]
+        shared = shared_edges(edges, points, normals, shortening[..., None] * legs, open_, np.ones(len(open_)))
         state = edge_heights(shared, direction, vertex[open_], bounds[open_])
-        kappa[open_], possible = choose_kappa(state, factors_around(edges, shortening, open_))
+        return state, *choose_kappa(state, factors_around(edges, shortening, open_))
+
+    shortening = first_shortening(vertex, dot(legs, direction), bounds.min(axis=1))
+    state, _, possible = look(inside, shortening)
+    critical = critical_ends(state, possible)
+    if critical.any():
+        legs = turned(network, normals, given, (2 * inside[:, None] + np.arange(2))[critical])
+        shortening = first_shortening(vertex, dot(legs, direction), bounds.min(axis=1))
+    kappa, infeasible, open_ = np.ones(len(legs)), np.zeros(len(legs), dtype=np.bool_), inside
+    for round_ in range(ROUNDS):
+        state, kappa[open_], possible = look(open_, shortening)
         infeasible[open_] = ~possible
         bad = open_[~possible]
         if not len(bad) or round_ == ROUNDS - 1:
             break
-        factors = further_shortening(network, bad, state[~possible], shortening, norm(shortened))
+        lengths = shortening * norm(legs)
+        factors = further_shortening(network, bad, state[~possible], shortening, lengths)
         changed = np.zeros(len(points), dtype=np.bool_)
         changed[network.ends[factors < 1.0]] = True
         shortening = shortening * factors
         # an edge depends on the tangents at its ends alone; those that stay bad are looked at again
         open_ = np.flatnonzero(network.interior & (changed[network.ends].any(axis=1) | infeasible))
-    return Tangents(shortening, kappa, infeasible)
+    return Tangents(legs, (legs != given).any(axis=2), shortening, kappa, infeasible)
 
 
 def first_shortening(vertex: Float, leg: Float, bounds: Float) -> Float:

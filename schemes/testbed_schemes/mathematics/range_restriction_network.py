@@ -52,6 +52,14 @@ class LegNetwork:
         inside: Bool = np.all(self.faces >= 0, axis=1)
         return inside
 
+    @property
+    def around(self) -> tuple[Int, Int]:
+        """(2 E,) the next half edge at the same vertex counterclockwise of each one, and clockwise; -1 for none."""
+        # seen from the end, left and right are exchanged
+        ahead = np.stack([self.left[:, 0], self.right[:, 1]], axis=1)
+        back = np.stack([self.right[:, 0], self.left[:, 1]], axis=1)
+        return ahead.ravel(), back.ravel()
+
     def __getitem__(self, chosen: Int | Bool) -> "LegNetwork":
         """Return the chosen edges; half edges and faces keep their ids."""
         return LegNetwork(self.ends[chosen], self.left[chosen], self.right[chosen], self.faces[chosen])
