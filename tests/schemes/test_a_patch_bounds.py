@@ -151,7 +151,8 @@ def test_no_dense_sample_of_edges_is_above_the_bound(vectors: Float, split: tupl
     rays = edge_rays(edges, at)
     below = rays[..., 0] < -1e-13
     factor = edge_factor(at[:, 1], edges.mu[:, 3], edges.nu[:, 0])
-    bound = shooting_bound(*np.moveaxis(np.where(below[..., None], rays, -1.0), -1, 0), factor)
+    b0, b1, b2, b3 = np.moveaxis(np.where(below[..., None], rays, -1.0), -1, 0)
+    bound = shooting_bound(b0, b1, b2, b3, factor)
     dense = np.where(below, bound, -np.inf).max()
     assert 0.0 <= of_edges(edges)[0] - dense + 1e-12 < 1e-3
 

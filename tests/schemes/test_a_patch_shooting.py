@@ -126,7 +126,7 @@ def test_it_scales_with_the_polynomial_and_against_the_factor() -> None:
     b, factor = polynomials(500, 6), np.random.default_rng(7).uniform(0.1, 10.0, 500)
     bound = shooting_bound(*b)
     assert np.abs(shooting_bound(*(2.0**40 * b)) / (2.0**40 * bound) - 1.0).max() < 1e-12
-    assert np.abs(shooting_bound(*b, factor) * factor / bound - 1.0).max() < 1e-12
+    assert np.abs(shooting_bound(b[0], b[1], b[2], b[3], factor) * factor / bound - 1.0).max() < 1e-12
     assert np.abs(shooting_bound(*(1e-200 * b)) / (1e-200 * bound) - 1.0).max() < 1e-12
 
 
@@ -148,7 +148,7 @@ def test_nothing_is_said_where_the_ray_does_not_start_below(b: tuple[float, ...]
 
 def test_a_factor_that_is_not_positive_gives_no_number() -> None:
     b = polynomials(3, 8)
-    assert np.isnan(shooting_bound(*b, np.array([0.0, -1.0, np.nan]))).all()
+    assert np.isnan(shooting_bound(b[0], b[1], b[2], b[3], np.array([0.0, -1.0, np.nan]))).all()
 
 
 def test_other_coefficients_that_are_not_finite_give_no_number() -> None:
