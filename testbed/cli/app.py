@@ -354,6 +354,26 @@ def render(
     raise typer.Exit(render_command(request))
 
 
+@app.command(epilog="[dim]Example:[/dim]  testbed ranges --sets 4 -o ranges")
+def ranges(
+    *,
+    output: Directory = Path("ranges"),
+    sets: Annotated[
+        int | None, typer.Option("--sets", min=1, metavar="N", help="The first N sets of data only. Default: all.")
+    ] = None,
+    jobs: Jobs = None,
+    pictures: Annotated[bool, typer.Option(help="Draw the surfaces of every set.")] = True,
+    as_json: Json = False,
+) -> None:
+    """Compare surfaces over data above a plane: who stays above it, who stays smooth, who is nearer the truth.
+
+    Exit code 1 if a surface failed; refusals are results.
+    """
+    from testbed.cli.ranging import ranges_command
+
+    raise typer.Exit(ranges_command(output, sets, jobs, pictures=pictures, as_json=as_json))
+
+
 def main() -> None:
     """Run the command line and leave with its exit code."""
     # numpy reads these when it is imported; results do not depend on the number of threads, and workers are the threads
