@@ -9,7 +9,7 @@ import numpy as np
 from testbed.errors import Refused, SpecError
 from testbed.geometry.exact import ExactSurface
 from testbed.geometry.mesh import HermiteMesh
-from testbed.geometry.vectors import Bool, Float, unit
+from testbed.geometry.vectors import Bool, Float, cross, unit
 from testbed.plugins.dataset import Dataset
 from testbed_datasets.icosahedron import Icosahedron
 from testbed_datasets.parameters import finite, positive
@@ -155,11 +155,14 @@ def turning(start: Float, end: Float) -> Float:
     """Rotation (3, 3) that turns a unit vector (3,) into another by the smallest angle, at most half a turn.
 
     Two reflections make a rotation: the first turns the start about, the second, across start + end, the rest of the
-    way. Beyond a right angle that is only the way from the opposite of the start, and half a turn comes before it.
+    way. That loses digits where the two are nearly opposite; there half a turn about the same axis comes before it.
     """
     before = np.eye(3)
     if start.dot(end) < 0.0:
-        axis = np.eye(3)[np.abs(start).argmin()]
+        axis = cross(start, end)
+        axis = axis if axis.any() else np.eye(3)[np.abs(start).argmin()]
+        axis = unit(axis)
+        # a short product of vectors is not quite perpendicular
         axis = unit(axis - axis.dot(start) * start)
         before = 2.0 * np.outer(axis, axis) - np.eye(3)
         start = -start

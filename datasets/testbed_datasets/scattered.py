@@ -25,10 +25,10 @@ class Scattered(Dataset):
     """Heights of a field, none below the ground, at random sites of the unit square and their Delaunay triangles.
 
     Smooth surfaces through such data swing below the ground where nothing holds them, and the ground is so low that
-    this is below zero. A peak stands on flat ground. A rainfall is exactly zero between its showers, where its normals are
-    those of the plane z = 0. Both are three times continuously differentiable and known everywhere; level 0 is what is
-    scattered, and finer levels halve its edges in the plane. Random heights, most of them low, are of no surface, and
-    finer levels add middles near the means of the ends.
+    this is below zero. A peak stands on flat ground. A rainfall is exactly zero between its showers, where its normals
+    are those of the plane z = 0. Both are three times continuously differentiable and known everywhere; level 0 is what
+    is scattered, and finer levels halve its edges in the plane. Random heights, most of them low, are of no surface,
+    and finer levels add middles near the means of the ends.
 
     Parameters
     ----------
