@@ -23,41 +23,17 @@ from testbed.errors import MeshError, Refused, SpecError
 from testbed.geometry.inverse_area_normals import inverse_area_normals
 from testbed.geometry.mesh import HermiteMesh
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, cross, dot, norm, unit
+from testbed.geometry.vectors import Bool, Float, cross, norm, unit
 from testbed.plugins.corners import check_corners, check_sides
 from testbed.plugins.scheme import Continuity, Data, Scheme, Shape
 from testbed_schemes.mathematics.edgewise_quartics import EdgewiseQuartics
-from testbed_schemes.mathematics.quartic_lower_bound import lower_ordinate
+from testbed_schemes.mathematics.plane_sides import PlaneSide
 from testbed_schemes.mathematics.range_restriction import RestrictedEdges, restrict_range
 from testbed_schemes.mathematics.range_restriction_network import LegNetwork
 from testbed_schemes.mathematics.vertex_tangents import project, projections
 
-#: A vertex lies on the plane if its height is this small against its coordinates: rounding.
-ON_PLANE = 64 * float(np.finfo(np.float64).eps)
-#: Sine of the angle with the plane's normal up to which a normal there is taken for it.
-PARALLEL = 1e-10
-
-
-@dataclass(frozen=True, eq=False)
-class Side:
-    """The side of the plane on which the surface is to stay.
-
-    Parameters
-    ----------
-    direction
-        (3,) unit normal of the plane, towards the side.
-    heights
-        (V,) distances of the vertices from the plane, not negative; zero for those that rounding alone keeps off it.
-    """
-
-    direction: Float
-    heights: Float
-
-    def foreign(self, normals: Float) -> Bool:
-        """(V,) true for vertices on the plane whose normal is not the plane's: no surface stays on its side there."""
-        sine = norm(cross(normals, self.direction))
-        on_plane: Bool = (self.heights == 0.0) & ~(sine <= PARALLEL)
-        return on_plane
+#: The least part of a tangent that is left of it: of shorter ones, rounding leaves no tangent plane.
+SHORTEST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -76,7 +52,8 @@ class RangeRestricted(Scheme):
         plane.
     normals
         ``data``, the mesh's, or where it has none those of ``inverse-area``: means over the faces about a vertex by
-        inverse areas. With these, vertices on the plane get its normal when the surface is restricted.
+        inverse areas. When the surface is restricted, these are turned towards the plane's near the plane, and are the
+        plane's on it.
     tangents
         The direction along which chords are projected onto the tangent planes: ``normal``, orthogonally, or ``plane``,
         along the plane's normal wherever the faces at a vertex are all seen from there, which reproduces quadratic
@@ -107,16 +84,25 @@ class RangeRestricted(Scheme):
         "the constrained curves and the inner points. Fills: the factor kappa, the free vector by least squares, and "
         "tangents where faces would fold."
     )
-    failures = ""
+    failures = (
+        "Chords' shadows are short tangents where normals turn far, and the surface is flat between: off the sphere by "
+        "0.19 on the octahedron, with K in [0.19, 14.6]. Shortened tangents crowd the parametrisation, and beside data "
+        "on the plane patches may fold over a little. Refused: tangents that would be shortened to a millionth, and "
+        "faces that fold about every direction of projection."
+    )
     needs = Data.POINTS
     continuity = Continuity.G1
-    order = None
     reproduces = (Shape.PLANES,)
 
     @property
     def matches(self) -> Data:  # type: ignore[override]  # normals of its own are not those of the data
         """Points, and the data's normals where it takes them."""
         return Data.POINTS if self.normals == "inverse-area" else Data.POINTS | Data.NORMALS
+
+    @property
+    def order(self) -> float | None:  # type: ignore[override]  # likewise
+        """Of graphs over data with exact normals, and with normals by inverse areas."""
+        return 2.0 if self.normals == "inverse-area" else 3.0
 
     @property
     def vertical(self) -> bool:  # type: ignore[override]  # a plane that is not looked at does not matter
@@ -140,22 +126,75 @@ class RangeRestricted(Scheme):
 
     def construct(self, mesh: HermiteMesh) -> Surface:
         """Build a blend of three quartics a face."""
-        side = self.chosen_side(mesh)
-        normals = self.vertex_normals(mesh, side)
-        branches = {}
-        if side is not None and (foreign := side.foreign(normals)).any():
-            self.refuse_foreign(side, normals, foreign)
-            side, branches["faces not restricted, a normal on the plane is not its own"] = None, len(mesh.faces)
-        elif side is not None:
-            branches["faces kept on one side of the plane"] = len(mesh.faces)
-            normals = np.where((side.heights == 0.0)[:, None], along(normals, side.direction), normals)
-        elif self.constrain == "auto":
-            branches["faces not restricted, data on the other side of the plane"] = len(mesh.faces)
+        side, remark = self.chosen_side(mesh)
+        normals, turned = self.vertex_normals(mesh, side)
         legs, replaced = self.legs(mesh, normals)
         oriented = HermiteMesh(mesh.points, mesh.faces, normals)
         check_corners(self, oriented, legs[:, 0], legs[:, 1])
         check_sides(self, oriented, legs[:, 0], legs[:, 1])
         edges = restricted(mesh, normals, legs, side)
+        self.check_edges(mesh, edges)
+        branches = {remark: len(mesh.faces)} if remark else {}
+        branches |= edges.counts | {
+            "vertices with turned normals": int(turned.sum()),
+            "vertices with turned projections": int(replaced.sum()),
+        }
+        return Surface.over_faces(mesh, patches(mesh, edges), branches=branches)
+
+    def chosen_side(self, mesh: HermiteMesh) -> tuple[PlaneSide | None, str]:
+        """Return the side to stay on, None if the surface is not restricted, and what to say of it.
+
+        Refused if the surface has to be restricted and cannot be.
+        """
+        if self.constrain == "never":
+            return None, ""
+        side = PlaneSide.of_plane(self.plane, mesh.points)
+        above, below = int((side.heights > 0.0).sum()), int((side.heights < 0.0).sum())
+        up = self.side == "above" or (self.side == "auto" and above >= below)
+        side = side if up else side.other()
+        wrong = side.heights < 0.0
+        if wrong.any():
+            here, there = ("above", "below") if up else ("below", "above")
+            vertex = int(np.argmax(wrong))
+            return None, self.unrestricted(
+                "data on the other side of the plane",
+                f"{self} stays {here} the plane, and vertex {vertex} is {-side.heights[vertex]:.3g} {there} it, the "
+                f"first of {int(wrong.sum())}: move the plane or the vertex, or set constrain=never",
+            )
+        if self.takes_data(mesh) and mesh.normals is not None and (foreign := side.foreign(mesh.normals)).any():
+            vertex = int(np.argmax(foreign))
+            sine = min(float(norm(cross(mesh.normals[vertex], side.direction))), 1.0)
+            return None, self.unrestricted(
+                "a normal on the plane is not the plane's",
+                f"{self} cannot stay on one side of the plane at vertex {vertex}, which lies on it with a normal "
+                f"{np.degrees(np.arcsin(sine)):.3g} degrees off the plane's, the first of {int(foreign.sum())}: turn "
+                "the normal, move the vertex or the plane, or set constrain=never",
+            )
+        return side, "faces kept on one side of the plane"
+
+    def unrestricted(self, why: str, complaint: str) -> str:
+        """Return what to say of a surface that is not restricted; Refused with a complaint if it has to be."""
+        if self.constrain == "always":
+            raise Refused(complaint)
+        return f"faces not restricted: {why}"
+
+    def takes_data(self, mesh: HermiteMesh) -> bool:
+        """Whether the normals are those of the mesh."""
+        return self.normals == "data" and mesh.normals is not None
+
+    def vertex_normals(self, mesh: HermiteMesh, side: PlaneSide | None) -> tuple[Float, Bool]:
+        """Return the unit normals (V, 3) that the surface has at the vertices, and where they were turned (V,)."""
+        kept = np.zeros(len(mesh.points), dtype=np.bool_)
+        if self.takes_data(mesh) and mesh.normals is not None:
+            return mesh.normals if side is None else side.settled(mesh.normals), kept
+        try:
+            normals = inverse_area_normals(mesh.points, mesh.faces)
+        except MeshError as error:
+            raise Refused(f"{self} has no normals: {error}") from error
+        return (normals, kept) if side is None else side.turned(normals, mesh)
+
+    def check_edges(self, mesh: HermiteMesh, edges: RestrictedEdges) -> None:
+        """Refuse edges without control points on the side of the plane, and tangents that hardly are left."""
         if edges.infeasible.any():
             i, j = mesh.edges[edges.infeasible][0].tolist()
             raise Refused(
@@ -163,53 +202,13 @@ class RangeRestricted(Scheme):
                 f"{len(mesh.edges)} edges, the first that from vertex {i} to vertex {j}: move the plane away from the "
                 "data, turn the normals there, or set constrain=never"
             )
-        branches |= edges.counts | {"vertices with turned projections": int(replaced.sum())}
-        return Surface.over_faces(mesh, patches(mesh, edges), branches=branches)
-
-    def chosen_side(self, mesh: HermiteMesh) -> Side | None:
-        """Return the side to stay on; None if the surface is not restricted. Refused if it has to be and cannot."""
-        if self.constrain == "never":
-            return None
-        length = norm(np.array(self.plane[:3]))
-        normal, offset = np.array(self.plane[:3]) / length, self.plane[3] / length
-        heights = dot(mesh.points, normal) + offset
-        size = np.abs(mesh.points * normal).sum(axis=1) + abs(offset)
-        heights[np.abs(heights) <= ON_PLANE * size] = 0.0
-        above, below = int((heights > 0.0).sum()), int((heights < 0.0).sum())
-        up = self.side == "above" or (self.side == "auto" and above >= below)
-        wrong = heights < 0.0 if up else heights > 0.0
-        if not wrong.any():
-            return Side(normal if up else -normal, heights if up else -heights)
-        if self.constrain == "always":
-            vertex = int(np.argmax(wrong))
-            here, there = ("above", "below") if up else ("below", "above")
+        short = ~(edges.shortening >= SHORTEST)
+        if short.any():
+            edge, end = (int(index[0]) for index in np.nonzero(short))
             raise Refused(
-                f"{self} stays {here} the plane, and vertex {vertex} is {abs(heights[vertex]):.3g} {there} it, the "
-                f"first of {int(wrong.sum())}: move the plane or the vertex, or set constrain=never"
-            )
-        return None
-
-    def vertex_normals(self, mesh: HermiteMesh, side: Side | None) -> Float:
-        """Return the unit normals (V, 3) that the surface has at the vertices."""
-        if self.normals == "data" and mesh.normals is not None:
-            return mesh.normals
-        try:
-            normals = inverse_area_normals(mesh.points, mesh.faces)
-        except MeshError as error:
-            raise Refused(f"{self} has no normals: {error}") from error
-        if side is None:
-            return normals
-        return np.where((side.heights == 0.0)[:, None], along(normals, side.direction), normals)
-
-    def refuse_foreign(self, side: Side, normals: Float, foreign: Bool) -> None:
-        """Refuse vertices on the plane with another normal if the surface has to be restricted."""
-        if self.constrain == "always":
-            vertex = int(np.argmax(foreign))
-            tilt = np.degrees(np.arccos(min(abs(float(dot(normals[vertex], side.direction))), 1.0)))
-            raise Refused(
-                f"{self} cannot stay on one side of the plane at vertex {vertex}, which lies on it with a normal "
-                f"{tilt:.3g} degrees off the plane's, the first of {int(foreign.sum())}: turn the normal, move the "
-                "vertex or the plane, or set constrain=never"
+                f"{self} would have to shorten tangents at vertex {mesh.edges[edge, end]} to "
+                f"{edges.shortening[edge, end]:.1g} of their length to stay on its side of the plane: turn the normal "
+                "there towards the plane's, move the plane away from the data, or set constrain=never"
             )
 
     def legs(self, mesh: HermiteMesh, normals: Float) -> tuple[Float, Bool]:
@@ -224,17 +223,15 @@ class RangeRestricted(Scheme):
         return project(chord, normals[ends], directions[ends]) / 4.0, replaced
 
 
-def along(vectors: Float, direction: Float) -> Float:
-    """Return a direction (3,) turned to the side to which vectors (V, 3) point, (V, 3)."""
-    return np.where(dot(vectors, direction)[:, None] < 0.0, -direction, direction)
-
-
-def restricted(mesh: HermiteMesh, normals: Float, legs: Float, side: Side | None) -> RestrictedEdges:
+def restricted(mesh: HermiteMesh, normals: Float, legs: Float, side: PlaneSide | None) -> RestrictedEdges:
     """Return boundaries and second rows, kept on a side of the plane if one is given."""
     if side is None:  # bounds of infinity restrict nothing
-        side, bounds = Side(np.array([0.0, 0.0, 1.0]), np.zeros(len(mesh.points))), np.full(len(mesh.faces), np.inf)
+        side, bounds = (
+            PlaneSide(np.array([0.0, 0.0, 1.0]), np.zeros(len(mesh.points))),
+            np.full(len(mesh.faces), np.inf),
+        )
     else:
-        bounds = lower_ordinate(*side.heights[mesh.faces].T)
+        bounds = side.bounds(mesh)
     network = LegNetwork.of_mesh(mesh)
     return restrict_range(network, mesh.points, normals, legs, side.direction, side.heights, bounds)
 
