@@ -136,7 +136,10 @@ class APatch(Scheme):
             raised, searched = raised + int(free.raised.sum()), searched + free.searched
         places = Places(refined.parent, refined.corners_in_parent)
         parts = parts_of(found, (sides[0], sides[1]), split, places)
-        return Surface(mesh, parts, {}, _branches(found, sides, refined, single, raised, searched))
+        notes = {"edges split where tetrahedra cross": refined.splits} if refined.splits else {}
+        if self.free == "quadric" and raised:
+            notes["free coefficients above those of quadrics"] = raised
+        return Surface(mesh, parts, notes, _branches(found, sides, refined, single, raised, searched))
 
     def _with_vectors(self, mesh: HermiteMesh) -> HermiteMesh:
         """Return the mesh with the vectors that F's gradients are to be, as its gradients."""
