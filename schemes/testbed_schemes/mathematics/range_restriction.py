@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from testbed.geometry.vectors import Bool, Float, Int, dot
-from testbed_schemes.mathematics.linear_g1 import first_rows, free_vector, linear_g1
+from testbed_schemes.mathematics.linear_g1 import first_rows, free_vector, linear_g1, parallel_row
 from testbed_schemes.mathematics.range_restriction_legs import (
     boundaries,
     choose_tangents,
@@ -180,8 +180,8 @@ def outer_rows(
     c[:, 2] += raised[:, :1] * direction
     rows = []
     for beside in edges.beside(legs):
-        first, last = beside[:, 0], beside[:, 1] - legs[at, 1]  # p0 - c0 and p3 - c3
-        row = c[:, 1:3] + np.stack([2.0 * first + last, first + 2.0 * last], axis=1) / 3.0
+        # the same from both ends, whichever way the edge runs
+        row = np.stack(parallel_row(c, start + beside[:, 0], end + beside[:, 1]), axis=1)
         lifts = np.stack([lift(row[:, 0]), lift(row[:, 1])], axis=1)
         raised[:, 1:] += lifts
         rows.append(row + lifts[..., None] * direction)
