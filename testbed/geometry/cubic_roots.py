@@ -135,6 +135,7 @@ def polished(cubics: Float, t: Float) -> Float:
     return t
 
 
+@_expected
 def closed_form(cubics: Float) -> tuple[Float, Bool]:
     """First roots (N,) of cubics (4, N) with b_0 < 0 in closed form, NaN where there are none; and where that is sure.
 

@@ -1,7 +1,15 @@
 import numpy as np
 import pytest
 
-from testbed.geometry.cubic_roots import bernstein, bernstein_slope, bracketed_roots, extended_roots, first_roots
+from testbed.geometry.cubic_roots import (
+    bernstein,
+    bernstein_slope,
+    bracketed_roots,
+    closed_form,
+    extended_roots,
+    first_roots,
+    scaled_rows,
+)
 from testbed.geometry.vectors import Float
 
 INF, NAN = np.inf, np.nan
@@ -87,6 +95,9 @@ def test_small_roots_have_all_their_digits() -> None:
         (from_roots(-1.0, 0.125, 0.25, -30.0), 0.125),
         (from_roots(-1.0, -0.5, -2.0, -1.0), NAN),
         (from_roots(-1.0, -0.5, 2.0 + 1.0j, 2.0 - 1.0j), NAN),
+        # a negative root so small that rounding might move it to the start
+        (from_roots(-1.0, -1e-18, 0.5 + 2.0j, 0.5 - 2.0j), NAN),
+        (from_roots(1.0, -1e-18, -2.0, 0.5), 0.5),
         # b_3 = 0: a quadratic; b_2 = 0 too: linear; all that is left is constant
         (from_roots(1.0, 0.5, -2.0), 0.5),
         (from_roots(-1.0, 0.5, 2.0), 0.5),
@@ -118,6 +129,19 @@ def test_each_case(b: list[float], expected: float) -> None:
         # the triple root is known to a third of the digits
         tolerance = 1e-5 if b == from_roots(1.0, 0.5, 0.5, 0.5) else 1e-14
         np.testing.assert_allclose(roots(np.array(b)), t, rtol=tolerance, atol=0.0)
+
+
+def test_simple_roots_in_general_position_need_no_bisection() -> None:
+    b = np.random.default_rng(4).normal(size=(20_000, 4))
+    b[:, 0] = -np.abs(b[:, 0])
+    b[:10_000, 3] = 0.0
+    b[:2_000, 2] = 0.0
+    # positive leading coefficients: there is a root
+    lead = np.where(b[:, 2] == 0.0, 1, np.where(b[:, 3] == 0.0, 2, 3))
+    b[np.arange(len(b)), lead] = np.abs(b[np.arange(len(b)), lead])
+    t, certain = closed_form(scaled_rows(b)[0])
+    assert certain.mean() > 0.9999
+    np.testing.assert_allclose(t[certain], bracketed_roots(b)[certain], atol=1e-9)
 
 
 def test_a_cubic_that_touches_zero_first_has_one_of_its_two_roots() -> None:

@@ -118,6 +118,16 @@ def test_collapsed_sides_have_the_limits_of_the_derivatives(kind: str) -> None:
         np.testing.assert_allclose(jet.normal[0, half], np.broadcast_to(jet.normal[0, half][:1], (4, 3)), atol=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("kind", "u"), [("random", 2.0**-45), ("random", 1.0 - 2.0**-45), ("after the pinch", 1.0 - 2.0**-45)]
+)
+def test_rays_next_to_a_vertex_have_all_the_digits_of_their_length(kind: str, u: float) -> None:
+    at = np.array([[u, 0.4]])
+    distance = min(u, 1.0 - u)
+    limit = KINDS[kind].jets(np.round(at * [1, 10]) / [1, 10], 1).fv
+    np.testing.assert_allclose(KINDS[kind].jets(at, 1).fv / distance, limit, rtol=1e-9)
+
+
 @pytest.mark.parametrize("kind", ["random", "sphere"])
 def test_whole_edges_end_exactly_in_vertices(kind: str) -> None:
     f = KINDS[kind].jets(CORNERS[4], 0).f[0]
