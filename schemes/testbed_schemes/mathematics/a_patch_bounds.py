@@ -78,13 +78,15 @@ def edge_bounds(nets: Float, rational: Float, mu: Float, nu: Float) -> Float:
         x, y = at[..., 0], at[..., 1]
         net, term = nets[rows], rational[rows]
         x1, y1 = 1.0 - x, 1.0 - y
+        powers, powers1 = ((np.ones(()), z, z * z, z * z * z) for z in (x, x1))
 
         def along(*names: str) -> Float:
             """Layer with the ends' exponents (n, 0) to (0, n), as a polynomial in x."""
             degree = len(names) - 1
             total = np.zeros(x.shape)
             for k, name in enumerate(names):
-                total += _BINOMIAL[degree][k] * net[:, place[name], None] * x ** (degree - k) * x1**k
+                factor = _BINOMIAL[degree][k] * net[:, place[name], None]
+                total += factor * (powers[degree - k] * powers1[k])
             return total
 
         b0 = along("0300", "0210", "0120", "0030")
@@ -93,7 +95,8 @@ def edge_bounds(nets: Float, rational: Float, mu: Float, nu: Float) -> Float:
         b2 = y1 * y1 * along("2100", "2010") + cross * along("1101", "1011") + y * y * along("0102", "0012")
         a1101, b1101, a1011, b1011 = (term[:, k, None] for k in range(4))
         b2 += cross * (x * (a1101 * y1 + b1101 * y) + x1 * (a1011 * y1 + b1011 * y))
-        b3 = y1**3 * along("3000") + 3.0 * y * y1 * (y1 * along("2001") + y * along("1002")) + y**3 * along("0003")
+        b3 = y1 * y1 * y1 * along("3000") + 1.5 * cross * (y1 * along("2001") + y * along("1002"))
+        b3 += y * y * y * along("0003")
         beta = edge_factor(y, mu[rows, 3, None], nu[rows, 0, None])
         threshold = _negative_threshold(b0, b1, b2, b3, noise[rows])
         helpless = np.where(threshold < 0.0, -np.inf, np.nan)
