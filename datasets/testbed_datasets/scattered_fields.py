@@ -6,7 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from testbed.geometry.level_bounds import EnclosedLevelSet, Expansion
-from testbed.geometry.vectors import Bool, Float, norm
+from testbed.geometry.vectors import Float, norm
 from testbed_datasets.bumped_plane import SECOND_ORDER, BumpedPlane
 
 #: Width of the peak.
@@ -113,15 +113,13 @@ class BumpField(EnclosedLevelSet):
         above = self._on_ground(points)
         feet = np.column_stack([above[:, :2], np.zeros(len(above))])
         radius = [np.hypot(above[:, 0] - bump.place[0], above[:, 1] - bump.place[1]) for bump in self.bumps]
-        beside: Bool = np.asarray(np.isfinite(above).all(axis=1))
-        feet[~beside] = np.nan
+        feet[~np.isfinite(above).all(axis=1)] = np.nan
         best = np.abs(above[:, 2])
         # first the bump that a point is over: the others are then seldom near enough
         for bump, away in zip(self.bumps, radius, strict=True):
             (over,) = np.nonzero(away < bump.width)
             feet[over] = bump.closest(above[over])
             best[over] = norm(above[over] - feet[over])
-            beside[over] = False
         for bump, away in zip(self.bumps, radius, strict=True):
             with np.errstate(invalid="ignore"):  # points that are not finite: false
                 (near,) = np.nonzero((away >= bump.width) & (away - bump.width < best))

@@ -45,9 +45,6 @@ def triangulated(sites: Float) -> Int:
     from scipy.spatial import Delaunay
 
     faces = Delaunay(sites).simplices.astype(np.int64)
-    a, b, c = (sites[faces[:, corner]] for corner in range(3))
-    clockwise = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
-    faces[clockwise] = faces[clockwise][:, ::-1]
     # the order must not depend on the triangulation's: the least vertex first, faces sorted
     first = faces.argmin(axis=1)[:, None]
     faces = np.take_along_axis(faces, (first + np.arange(3)) % 3, axis=1)

@@ -122,7 +122,7 @@ def _values(batch: PatchBatch, plane: Plane) -> tuple[Float, Float, Degrees]:
         values = plane_values(plane, points)
         moduli = plane_values(tuple(map(abs, plane)), np.abs(points)).max(axis=1)  # type: ignore[arg-type]
     present = [number for number in plane if number != 0.0]
-    exact = len(present) == 1 and plane[3] == 0.0 and abs(math.frexp(present[0])[0]) == 0.5
+    exact = len(present) == 1 and abs(math.frexp(present[0])[0]) == 0.5
     # a coordinate times a power of two is exact: what is on the plane z = 0 is not below it
     error = np.where(np.isfinite(moduli), 0.0, np.inf) if exact else gamma(6) * moduli + TINY
     return np.ascontiguousarray(values.T), error, degrees

@@ -55,6 +55,14 @@ def test_even_sites_leave_no_needles(seed: int) -> None:
     assert not (mesh.boundary_edges[opposite] & ~mesh.boundary_vertices[mesh.faces[wide, corner]]).any()
 
 
+def test_slivers_on_both_sides_of_a_vertex_do_not_both_go() -> None:
+    # without its two long triangles the rectangle would hang together in its centre alone
+    sites = np.array([[-1.0, -0.1], [1.0, -0.1], [1.0, 0.1], [-1.0, 0.1], [0.0, 0.0]])
+    mesh = flat_mesh(sites)
+    assert len(mesh.faces) == 3
+    assert angles_deg(mesh).max() > 150.0
+
+
 def test_triangles_do_not_depend_on_the_order_of_sites() -> None:
     sites = even_sites(50, 3)
     order = np.random.default_rng(0).permutation(50)

@@ -40,10 +40,10 @@ def test_the_smallest_distance_is_found_with_its_place() -> None:
 
 
 def test_a_surface_above_the_plane_is_not_below_it() -> None:
-    found = columns(one_graph(lambda x, y: bowl(x, y) + 0.0101, 2))
-    assert found["plane_min"] == pytest.approx(1e-4, abs=1e-11)
+    found = columns(one_graph(lambda x, y: bowl(x, y) + 0.010001, 2))
+    assert found["plane_min"] == pytest.approx(1e-6, abs=1e-11)
     # the guarantee is as fine as it takes to tell the sides apart
-    assert 0.4e-4 < found["plane_min_low"] <= 1e-4 + 1e-15
+    assert 0.4e-6 < found["plane_min_low"] <= 1e-6 + 1e-15
     assert found["plane_below"] == 0.0
 
 
