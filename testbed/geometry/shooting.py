@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from testbed.geometry.domain import barycentric, corner_distance
+from testbed.geometry.domain import CORNERS, barycentric, corner_distance
 from testbed.geometry.jets import ROWS
 from testbed.geometry.shooting_rays import (
     LAYERS,
@@ -23,6 +23,12 @@ from testbed.geometry.vectors import Float, Int
 
 #: At a corner of a patch, a root below this is at the start of the ray.
 AT_START = 1e-12
+#: Values of F on a face below this, relative to its coefficients there, are zero to rounding.
+ROUNDING = 1e-13
+#: How far ahead F is looked at where neither its value nor its slope has a sign.
+AHEAD = 1e-3
+#: Directions (corners, 2, 2) of the sides that leave a corner, onward and back.
+WAYS = np.stack([np.roll(CORNERS[3], -1, axis=0) - CORNERS[3], np.roll(CORNERS[3], 1, axis=0) - CORNERS[3]], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +53,9 @@ class ShootingTriangles(Shooting):
     -----
     A point is (1 - t) q + t apex, on the positive side where F(q) <= 0, else on the negative one. Where that side has
     no tetrahedron the ray of the other is followed backwards (equation 4.5). Where rays change sides, on the curve
-    F(q) = 0, the normal is continuous, derivatives of the parametrisation are not: on it they are those of the
-    positive side; at a corner of the patch each is that of the side which rays from the patch's own side go to.
+    F(q) = 0, the normal is continuous, derivatives of the parametrisation are not. On it, and on sides of the patch
+    that lie on the surface, derivatives are those from within the patch; at a corner of the patch, those along either
+    side of it.
 
     The rational term has no second derivatives at the corners of the base. Near these, rounding takes about 1e-16 over
     the distance from curvatures.
@@ -73,7 +80,7 @@ class ShootingTriangles(Shooting):
 
     def _jets(self, patch: Int, points: Float, order: int) -> Float:
         coordinates = self._coordinates(patch, points)
-        side = self._side(patch, coordinates)
+        side = self._side(patch, points, coordinates)
         t, result = self._along(patch, side, coordinates, order)
         both = self._present(patch).all(axis=1)
         (split,) = np.nonzero(both & (corner_distance(3, points) == 0.0) & (np.abs(t) <= AT_START))
@@ -91,13 +98,36 @@ class ShootingTriangles(Shooting):
         result[1], result[2] = corners[1] - corners[0], corners[2] - corners[0]
         return result
 
-    def _side(self, patch: Int, coordinates: Float) -> Int:
+    def _side(self, patch: Int, points: Float, coordinates: Float) -> Int:
         def values(some: Int) -> Float:
             chosen = patch[some]
             start: Float = self._start_values(chosen, np.zeros_like(chosen), coordinates[:1, :, some])[0]
+            (on,) = np.nonzero(np.abs(start) <= ROUNDING * self._size(chosen))
+            if len(on):
+                there = some[on]
+                start[on] = self._onward_values(patch[there], coordinates[..., there], 1.0 / 3.0 - points[there])
             return start
 
         return side_of(self._present(patch), values)
+
+    def _size(self, patch: Int) -> Float:
+        """Largest modulus (n,) of the coefficients of F on the base."""
+        size: Float = np.abs(self.nets[patch, 0][:, LAYERS[0]]).max(axis=1)
+        return size
+
+    def _onward_values(self, patch: Int, coordinates: Float, direction: Float) -> Float:
+        """Numbers (n,) with the sign of F next to points with F = 0 in a direction (n, 2), zero where F stays zero.
+
+        The slope; where that is zero to rounding, as along an edge that touches the surface, the value further ahead.
+        Coordinates are jets (3 or 6, 3, n).
+        """
+        first, allowed = np.zeros_like(patch), ROUNDING * self._size(patch)
+        rows = self._start_values(patch, first, coordinates[:3])
+        slope = direction[:, 0] * rows[1] + direction[:, 1] * rows[2]
+        ahead = coordinates[:1] + AHEAD * (direction[:, 0] * coordinates[1:2] + direction[:, 1] * coordinates[2:3])
+        value = self._start_values(patch, first, ahead)[0]
+        found = np.where(np.abs(slope) > allowed, slope, value)
+        return np.where(np.abs(found) > allowed, found, 0.0)
 
     def _start_values(self, patch: Int, side: Int, coordinates: Float) -> Float:
         """Jets (rows, n) of F on the base."""
@@ -138,11 +168,11 @@ class ShootingTriangles(Shooting):
 
         Second derivatives are NaN unless rays go to the same tetrahedron along both sides.
         """
-        slopes = self._start_values(patch, np.zeros_like(patch), coordinates[:3])
-        # how the patch's sides leave its corners: onward (1, 0), (-1, 1), (0, -1) and back (0, 1), (-1, 0), (1, -1)
-        by_u, by_v = slopes[1], slopes[2]
-        onward = np.where(np.choose(corner, [by_u, by_v - by_u, -by_v]) <= 0.0, 0, 1)
-        back = np.where(np.choose(corner, [by_v, -by_u, by_u - by_v]) <= 0.0, 0, 1)
+        ways = WAYS[corner]
+        ahead, behind = (self._onward_values(patch, coordinates, ways[:, i]) for i in range(2))
+        # a side of the patch that lies on the surface says nothing: rays there have no length
+        onward = np.where(np.where(ahead == 0.0, behind, ahead) <= 0.0, 0, 1)
+        back = np.where(np.where(behind == 0.0, ahead, behind) <= 0.0, 0, 1)
         _, first = self._along(patch, onward, coordinates, order, at_start=True)
         _, second = self._along(patch, back, coordinates, order, at_start=True)
         result = first
@@ -158,8 +188,9 @@ class ShootingTriangles(Shooting):
         return result
 
     def _hits(self, patch: Int, points: Float) -> Hits:
-        coordinates = self._coordinates(patch, points)[:1]
-        side = self._side(patch, coordinates)
+        coordinates = self._coordinates(patch, points)
+        side = self._side(patch, points, coordinates)
+        coordinates = coordinates[:1]
         t = ray_roots(np.stack([b[0] for b in self._cubics(patch, side, coordinates)]), side)
         alpha = np.concatenate([(1.0 - t) * coordinates[0], t[None]])
         corners = np.concatenate([self.base[patch], self.apexes[patch, side][:, None]], axis=1)

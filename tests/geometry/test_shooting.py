@@ -204,6 +204,35 @@ def test_corners_of_a_nonconvex_face_have_the_tangents_of_both_sides() -> None:
     np.testing.assert_array_equal(one_side, [False, True, True])
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-17, -1e-17])
+@pytest.mark.parametrize("middle", [0.03, -0.03])
+@pytest.mark.parametrize("touching", [False, True])
+def test_on_a_side_that_lies_on_the_surface_rays_are_those_from_within(
+    noise: float, middle: float, touching: bool
+) -> None:
+    # F = 0 along p_0 p_1 but for rounding; inside it grows or falls, at once or with the square of the distance
+    near = 0.0 if touching else 0.5 * middle
+    sides = ((noise, -noise), (near, middle), (middle, near))
+    batch = nonconvex_face(2, sides, 0.0 if touching else middle)
+    at = np.linspace(0.1, 0.9, 9)[:, None] * np.array([1.0, 0.0])
+    inside = batch.jets(at + np.array([0.0, 1e-7]))
+    on_side = batch.jets(at)
+    np.testing.assert_allclose(on_side.coefficients, inside.coefficients, atol=1e-4)
+    np.testing.assert_allclose(on_side.f[0], barycentric(at) @ FACES[0], atol=2e-16)
+    # at the ends it is the other side that decides
+    corners, close = CORNERS[3][:2], CORNERS[3][:2] + 1e-7 * np.array([[1.0, 1.0], [-2.0, 1.0]])
+    np.testing.assert_allclose(batch.jets(corners).coefficients, batch.jets(close).coefficients, atol=1e-4)
+
+
+def test_a_side_that_touches_the_surface_at_a_corner_goes_where_it_goes() -> None:
+    for noise in (1e-17, -1e-17):
+        # along p_0 p_1 F has no slope at p_0, and falls; along p_0 p_2 it grows
+        batch = nonconvex_face(3, ((noise, -0.04), (-0.04, 0.05), (0.05, 0.02)))
+        jet, near = batch.jets(CORNERS[3][:1], 1), batch.jets(np.array([[1e-8, 0.0], [0.0, 1e-8]]), 1)
+        np.testing.assert_allclose(jet.fu[0, 0], near.fu[0, 0], atol=1e-6)
+        np.testing.assert_allclose(jet.fv[0, 0], near.fv[0, 1], atol=1e-6)
+
+
 def test_the_start_of_a_ray_on_the_surface_is_its_own_point() -> None:
     # F linear over the face, zero on a line through it: starts on it are dyadic, F there exactly zero
     net = np.zeros((2, 20))
@@ -217,7 +246,7 @@ def test_the_start_of_a_ray_on_the_surface_is_its_own_point() -> None:
     at = np.array([[0.25, 0.5], [0.375, 0.25], [0.5, 0.0]])
     jet = batch.jets(at)
     np.testing.assert_array_equal(jet.f[0], barycentric(at) @ FACES[0])
-    # on the positive side, from where b_0 <= 0
+    # the lines of the domain through its centre stay on the surface: the positive side, where b_0 <= 0
     near = batch.jets(at + np.array([[1e-7, 0.0]])).coefficients
     np.testing.assert_allclose(jet.coefficients[:3], near[:3], atol=1e-5)
 

@@ -124,10 +124,16 @@ def joining_edge(face: ShootingTriangles, seed: int = 0, roughness: float = 0.02
     return edge_batch(net, rational)
 
 
-def nonconvex_face(seed: int = 0) -> ShootingTriangles:
+#: F on the sides of a face that crosses the surface: pairs of coefficients on p_0 p_1, p_1 p_2 and p_2 p_0.
+CROSSING = ((-0.04, -0.04), (-0.01, 0.05), (0.05, 0.02))
+
+
+def nonconvex_face(
+    seed: int = 0, sides: tuple[tuple[float, float], ...] = CROSSING, middle: float = 0.01
+) -> ShootingTriangles:
     """Patch of the face p_0 p_1 p_2 that crosses the face: F < 0 on it near the side p_0 p_1, F > 0 near p_2.
 
-    F is one quadric on both sides of the face, cubics added to it vanish on the face with their gradients.
+    F and its gradient are the same on both sides of the face, coefficients at least two steps away from it are rough.
     """
     rng = np.random.default_rng(seed)
     nets = []
@@ -136,10 +142,10 @@ def nonconvex_face(seed: int = 0) -> ShootingTriangles:
         corners = np.concatenate([FACES[0], tip[None]])
         net = np.zeros(20)
         # layer 0, and layer 1 from the derivative across the face: a linear function
-        net[place(2, 1, 0, 0)] = net[place(1, 2, 0, 0)] = -0.04
-        net[place(1, 0, 2, 0)] = net[place(0, 1, 2, 0)] = 0.05
-        net[place(2, 0, 1, 0)], net[place(0, 2, 1, 0)] = 0.02, -0.01
-        net[place(1, 1, 1, 0)] = 0.01
+        for i, pair in enumerate(sides):
+            two, one = np.roll([2, 1, 0], i), np.roll([1, 2, 0], i)
+            net[place(*two, 0)], net[place(*one, 0)] = pair
+        net[place(1, 1, 1, 0)] = middle
         across = (corners[3] - corners[:3].mean(axis=0)) @ slope / 3.0
         for i in range(3):
             for j in range(i, 3):
