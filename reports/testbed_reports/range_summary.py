@@ -30,10 +30,10 @@ class SchemeSummary:
     lowest, epsilon_deg, crease_deg, data_max
         The worst of all surfaces.
     nearest, known
-        Sets on which it is nearest to the truth of the schemes that take as much of the data (root mean square; those
-        that read the same share the place), and surfaces with a known truth.
+        Sets on which it is nearest to the truth (root mean square; those that read the same share the place), out of
+        those with a known truth on which all schemes have a surface that take as much of the data and have any.
     factor
-        Geometric mean of its root mean square distance over the least that any such scheme has on the set.
+        Geometric mean of its root mean square distance over the least that any of these has, on the same sets.
     moved, most_moved
         Median and largest of how far constraint or remedy moved the surface.
     seconds
@@ -76,9 +76,9 @@ def summaries(rows: Sequence[RangeRow]) -> tuple[SchemeSummary, ...]:
 def _summary(label: str, rows: Sequence[RangeRow]) -> SchemeSummary:
     own = [row for row in rows if row.label == label]
     ok = [row for row in own if row.status == "ok"]
-    factors = [row.rms / _least(row, rows) for row in ok if row.rms > 0.0]
-    nearest = [row for row in ok if shorten(row.rms) == shorten(_least(row, rows))]
-    known = [row for row in ok if not math.isnan(row.rms)]
+    rivals = [row for row in rows if row.uses == own[0].uses]
+    known = [(row, least) for row in ok if not math.isnan(least := _least(row, rivals))]
+    factors = [row.rms / least for row, least in known if least > 0.0]
     distances = [row.moved for row in ok if row.against and not math.isnan(row.moved)]
     counts: Counter[str] = Counter()
     for row in ok:
@@ -98,7 +98,7 @@ def _summary(label: str, rows: Sequence[RangeRow]) -> SchemeSummary:
         _largest(row.epsilon_deg for row in ok),
         _largest(row.crease_deg for row in ok),
         _largest(row.data_max for row in ok),
-        len([row for row in nearest if not math.isnan(row.rms)]),
+        sum(shorten(row.rms) == shorten(least) for row, least in known),
         len(known),
         statistics.geometric_mean(factors) if factors else math.nan,
         statistics.median(distances) if distances else math.nan,
@@ -108,10 +108,12 @@ def _summary(label: str, rows: Sequence[RangeRow]) -> SchemeSummary:
     )
 
 
-def _least(row: RangeRow, rows: Iterable[RangeRow]) -> float:
-    """Return the least root mean square distance on the set of a row, of schemes that take as much of the data."""
-    there = (one.rms for one in rows if (one.place, one.uses, one.plane) == (row.place, row.uses, row.plane))
-    return min((value for value in there if not math.isnan(value)), default=math.nan)
+def _least(row: RangeRow, rivals: Sequence[RangeRow]) -> float:
+    """Return the least root mean square distance on the set of a row, NaN unless all have one that have any surface."""
+    built = {one.label for one in rivals if one.status == "ok"}
+    there = {one.label: one.rms for one in rivals if (one.place, one.plane) == (row.place, row.plane)}
+    distances = [there.get(label, math.nan) for label in built]
+    return math.nan if any(map(math.isnan, distances)) else min(distances, default=math.nan)
 
 
 def _largest(values: Iterable[float]) -> float:
@@ -179,10 +181,10 @@ def _smooth(schemes: Sequence[SchemeSummary]) -> str:
 
 def _truth(opening: str, schemes: Sequence[SchemeSummary]) -> str:
     order = sorted(schemes, key=lambda one: one.factor)
-    told = (f"{one.label} {shorten(one.factor)} (nearest on {one.nearest} of {one.known})" for one in order)
+    told = (f"{one.label} {shorten(one.factor)} (nearest on {one.nearest})" for one in order)
     return (
         f"{opening}, who is nearer the truth (root mean square distance over the least on each set, geometric mean "
-        f"over a scheme's own sets with a known truth): {listed([*told])}."
+        f"over the {counted(order[0].known, 'set')} where it is known and all have a surface): {listed([*told])}."
     )
 
 

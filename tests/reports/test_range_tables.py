@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from range_examples import CLOSED, GOOD, ROWS, SCHEMES, WITH_TRUTH, WITHOUT
+from range_examples import CLOSED, GOOD, ROWS, SCHEMES, SHARP, WILD, WITH_TRUTH, WITHOUT
 
 from testbed import registry
 from testbed.errors import TestbedError
@@ -153,10 +153,21 @@ def test_the_summary_counts_and_tells() -> None:
         "sharp was found below on none of 1, not proved",
         "Who stays smooth: good and wild on all sets",
         "sharp jumps by up to 30.0° inside patches",
-        "wild 1.00 (nearest on 1 of 1), good 2.00 (nearest on 0 of 1)",
+        "over the 1 set where it is known and all have a surface): wild 1.00 (nearest on 1), good 2.00 (nearest on 0)",
         "good by 4.00 % of the size (at most 5.00 % of the size)",
     ):
         assert part in text
+
+
+def test_who_is_nearer_is_told_from_sets_where_all_have_a_surface() -> None:
+    further = (
+        replace(GOOD, dataset="third", rms=0.001),
+        replace(WILD, dataset="third", rms=0.01),
+        replace(SHARP, dataset="third", status="refused", rms=math.nan),
+    )
+    good, wild, sharp = summaries(ROWS + further)
+    assert (good.known, wild.known, sharp.known) == (1, 1, 1)
+    assert [good.factor, wild.factor, sharp.factor] == pytest.approx([2.0, 1.0, 4.0])
 
 
 def test_nan_is_never_above_nor_smooth() -> None:
