@@ -138,14 +138,14 @@ def raised_bounds(bounds: Float, of_edges: Float, rows: Int) -> Float:
     return bounds + raise_by
 
 
-def above(chosen: Float, bounds: Float, margin: float = MARGIN) -> Float:
+def above(chosen: Float, bounds: Float, margin: float = MARGIN, scale: Float | None = None) -> Float:
     """Return free coefficients (N,): those chosen, or a margin above their bounds where they are not that high.
 
     **Fill**: the paper takes max(chosen, bound), and at the bound a root is double. The margin is a part of the larger
-    modulus of the two.
+    modulus of the two, or of the bound and a ``scale`` where the choice may be far off.
     """
     with np.errstate(invalid="ignore"):  # -inf + inf: no bound, chosen is taken
-        lowest = bounds + margin * np.maximum(np.abs(chosen), np.abs(bounds))
+        lowest = bounds + margin * np.maximum(np.abs(chosen if scale is None else scale), np.abs(bounds))
     return np.where(bounds == -np.inf, chosen, np.maximum(chosen, lowest))
 
 

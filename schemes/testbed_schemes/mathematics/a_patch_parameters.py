@@ -83,7 +83,7 @@ def free_coefficients(
     asked = np.flatnonzero(~face_is_certain(nets, chosen))
     bounds = np.full(len(nets), -np.inf)
     bounds[asked] = bounds_of_faces(nets, asked)
-    top = above(chosen, bounds)
+    top = above(chosen, bounds, scale=nets.default)
     searched = len(asked)
     for _ in range(LOOKS):
         edges = nets_of_edges(found, side, nets, top)
