@@ -69,10 +69,12 @@ def test_a_low_choice_is_raised_above_the_bounds_of_faces_and_edges_alone(free: 
         lacking = edge_bounds(edges.nets, edges.rational, edges.mu, edges.nu) > 0.0
         by_edges = np.zeros(len(nets), dtype=np.bool_)
         by_edges[edges.rows[lacking]] = True
-        assert (result.top > start + 1e-12)[by_edges].all()
+        assert (result.top > np.maximum(free, bounds))[by_edges].all()
         alone = np.ones(len(nets), dtype=np.bool_)
         alone[edges.rows[by_edges[edges.rows].any(axis=1)]] = False
-        assert np.abs(result.top - start)[alone].max(initial=0.0) < 1e-12
+        kept, margin = alone & (bounds < free), 1e-3 * np.maximum(abs(free), np.maximum(np.abs(bounds), nets.default))
+        assert (result.top == free)[kept].all()
+        assert (result.top <= bounds + margin + 1e-12)[alone & ~kept].all()
 
 
 def test_good_choices_are_kept_to_the_last_bit() -> None:
