@@ -66,7 +66,7 @@ def left_out_lines(planned: Plan, asked: Grid) -> list[str]:
     lines = []
     unnamed = [name for name, one in catalogue(Dataset).items() if not one.compared]  # type: ignore[type-abstract]  # the kind
     if asked.datasets is None and unnamed:
-        lines.append(f"left out, as samples miss what is on it: {', '.join(unnamed)}; -d {unnamed[0]} computes it")
+        lines.append(f"left out, being made for one purpose: {', '.join(unnamed)}; -d {unnamed[0]} computes it")
     if planned.left_out:
         levels = ", ".join(f"{one.dataset} {' '.join(map(str, one.levels))}" for one in planned.left_out)
         lines.append(f"left out, to be done in minutes: levels {levels}; testbed run --all computes them")

@@ -25,8 +25,8 @@ class Dataset(Plugin):
         What measuring against its exact surface makes of the cost of a cell, as a factor: 1 where nearest points have
         closed formulas or take a few steps. Used to plan runs.
     compared
-        Whether schemes are compared on it where no dataset is named. Not so on a surface that samples miss, where those
-        without guaranteed distances would seem exact.
+        Whether schemes are compared on it where no dataset is named. Not so on data made for one purpose: a surface
+        that samples miss, where schemes without guaranteed distances would seem exact; data close above a plane.
     shape
         What its exact surface is, where a scheme may claim to reproduce that; None for any other surface.
     """
