@@ -5,9 +5,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from trivariate_functions import gradient_jumps, noisy_torus
+from trivariate_functions import noisy_torus
 
-from testbed.conformance.meshes import AXES, ellipsoid, icosahedron, octahedron, torus
+from testbed.conformance.meshes import icosahedron, octahedron, torus
 from testbed.errors import Refused, SpecError
 from testbed.geometry.curvature import gauss, mean
 from testbed.geometry.domain import lattice
@@ -20,9 +20,8 @@ from testbed.plugins.scheme import Shape
 from testbed.registry import scheme
 from testbed_datasets.joined_faces import Case, JoinedFaces
 from testbed_schemes.a_patch import APatch
-from testbed_schemes.mathematics.a_patch_classes import Convexity
-from testbed_schemes.mathematics.a_patch_sides import Hull, hull, nets_of_edges, nets_of_faces
-from testbed_schemes.mathematics.a_patch_single import may_be_single, single_cubics
+from testbed_schemes.mathematics.a_patch_assembly import check_backward_rays
+from testbed_schemes.mathematics.a_patch_sides import hull, nets_of_edges, nets_of_faces
 
 CASES: tuple[Case, ...] = ("convex", "mixed", "nonconvex", "flat")
 EAST, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -41,21 +40,6 @@ def all_points(surface: Surface, steps: int = 10) -> Float:
 
 def with_gradients(mesh: HermiteMesh, gradients: Float) -> HermiteMesh:
     return HermiteMesh(mesh.points, mesh.faces, gradients=gradients)
-
-
-def hyperboloid(around: int = 12, up: int = 4) -> HermiteMesh:
-    """A band of x^2 + y^2 - z^2 = 1, triangles, with gradients."""
-    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(around), np.arange(up), indexing="ij"))
-    turn, z = 2.0 * np.pi * (i + 0.3 * j) / around, -0.6 + 1.2 * j / (up - 1)
-    out = np.sqrt(1.0 + z * z)
-    points = np.stack([out * np.cos(turn), out * np.sin(turn), z], axis=-1)
-    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(around), np.arange(up - 1), indexing="ij"))
-    a, b = i * up + j, (i + 1) % around * up + j
-    return HermiteMesh(
-        points,
-        np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)]),
-        gradients=points * [1, 1, -1],
-    )
 
 
 def cylinder(around: int = 10) -> HermiteMesh:
@@ -182,95 +166,6 @@ def test_edges_along_straight_lines_of_a_cylinder_stay_and_are_joined_smoothly()
     assert np.abs(norm(all_points(surface)[:, :2]) - 1.0).max() <= 1e-13
 
 
-# ---- reproduction
-
-
-def test_planes_are_recovered_within_a_curved_surface() -> None:
-    mesh = JoinedFaces("flat").mesh(0)
-    surface = APatch().fit(mesh)
-    bary = np.random.default_rng(1).dirichlet(np.ones(3), 20)
-    points = surface.evaluate(np.ones(20, dtype=int), bary, 0).f
-    assert np.abs(points[:, 2]).max() == 0.0
-    assert points == pytest.approx(np.einsum("nk,kx->nx", bary, mesh.points[mesh.faces[1]]), abs=1e-15)
-
-
-def quadric_data(name: str) -> tuple[HermiteMesh, Float]:
-    """A mesh with gradients of x . D x = 1, and D."""
-    if name == "sphere":
-        mesh = icosahedron()
-        return with_gradients(mesh, 2.0 * mesh.points), np.ones(3)
-    if name == "ellipsoid":
-        return ellipsoid(), 1.0 / AXES**2
-    return hyperboloid(), np.array([1.0, 1.0, -1.0])
-
-
-@pytest.mark.parametrize("name", ["sphere", "ellipsoid", "hyperboloid"])
-def test_quadrics_are_reproduced_with_their_gradients_and_curvatures(name: str) -> None:
-    mesh, diagonal = quadric_data(name)
-    surface = APatch(free="quadric").fit(mesh)
-    assert surface.notes == {}
-    for batch in surface.batches:
-        assert isinstance(batch, ShootingTriangles | ShootingQuads)
-        at = lattice(batch.sides, 8)
-        at = at[(at > 0.01).all(axis=1) & (at.sum(axis=1) < (0.99 if batch.sides == 3 else 2.0)) & (at[:, 0] < 0.99)]
-        points, gradient = batch.jets(at, 0).f, batch.gradient(at)
-        assert np.abs((points * points * diagonal).sum(axis=-1) - 1.0).max() <= 1e-13
-        slope = points * diagonal
-        assert mesh.gradients is not None
-        factor = norm(mesh.gradients[0]) / norm(diagonal * mesh.points[0])
-        assert norm(gradient - factor * slope).max() <= 1e-12
-        jet = batch.jets(at)
-        # of x . D x = 1: K = det D / |D x|^4
-        expected = diagonal.prod() / norm(slope) ** 4
-        assert gauss(jet) == pytest.approx(expected, rel=1e-8, abs=1e-10)
-
-
-def test_on_the_hyperboloid_all_faces_are_nonconvex() -> None:
-    surface = APatch(free="quadric").fit(hyperboloid())
-    assert surface.branches["nonconvex faces"] == len(surface.mesh.faces)
-
-
-def test_the_default_reproduces_no_sphere() -> None:
-    """3.1 % of the radius on the icosahedron: its coefficient is 0.829 where the sphere asks for 1.580."""
-    mesh = icosahedron()
-    surface = APatch().fit(mesh)
-    assert np.abs(norm(all_points(surface, 30)) - 1.0).max() == pytest.approx(0.0315, abs=1e-4)
-    doubled = hull(with_gradients(mesh, 2.0 * mesh.points), 0.05, 1e-12)
-    nets = nets_of_faces(doubled, 0, np.zeros(20, dtype=bool))
-    assert nets.default == pytest.approx(0.8291796, abs=5e-8)
-    assert norm(nets.apex) ** 2 - 1.0 == pytest.approx(1.5799560, abs=5e-8)
-
-
-def test_unit_normals_of_an_ellipsoid_do_not_give_it_back() -> None:
-    sphere, axes = icosahedron(), np.array([1.0, 1.5, 0.8])
-    mesh = HermiteMesh(sphere.points * axes, sphere.faces, gradients=sphere.points / axes)
-    errors = {}
-    for lengths in ("data", "unit"):
-        points = all_points(dataclasses.replace(APatch(free="quadric"), lengths=lengths).fit(mesh), 8)
-        errors[lengths] = np.abs((points**2 / axes**2).sum(axis=-1) - 1.0).max()
-    assert errors["data"] <= 1e-13
-    assert errors["unit"] == pytest.approx(3.1e-2, rel=0.03)
-    only_normals = HermiteMesh(mesh.points, mesh.faces, mesh.normals)
-    same = all_points(APatch(free="quadric").fit(only_normals), 8)
-    assert np.abs((same**2 / axes**2).sum(axis=-1) - 1.0).max() == pytest.approx(errors["unit"], rel=1e-9)
-
-
-def test_a_common_factor_of_all_vectors_changes_nothing() -> None:
-    mesh = noisy_torus()
-    assert mesh.gradients is not None
-    one, other = (APatch().fit(with_gradients(mesh, factor * mesh.gradients)) for factor in (1.0, 37.0))
-    assert all_points(one, 4) == pytest.approx(all_points(other, 4), abs=1e-13)
-
-
-def test_claims_follow_the_parameters() -> None:
-    assert APatch().reproduces == (Shape.PLANES,)
-    assert APatch(free="quadric").reproduces == (Shape.PLANES, Shape.SPHERES, Shape.QUADRICS)
-    assert APatch(free="quadric", lengths="unit").reproduces == (Shape.PLANES, Shape.SPHERES)
-    assert APatch(free="quadric", normals="loop").reproduces == (Shape.PLANES,)
-    assert scheme("a-patch[free=quadric]") == APatch(free="quadric")
-    assert scheme("a-patch[free=2.5,split=single]") == APatch(free=2.5, split="single")
-
-
 # ---- shape
 
 
@@ -330,6 +225,15 @@ def test_the_numbers_of_patches_are_as_eight_to_five_on_closed_convex_meshes() -
 # ---- data
 
 
+def test_claims_follow_the_parameters() -> None:
+    assert APatch().reproduces == (Shape.PLANES,)
+    assert APatch(free="quadric").reproduces == (Shape.PLANES, Shape.SPHERES, Shape.QUADRICS)
+    assert APatch(free="quadric", lengths="unit").reproduces == (Shape.PLANES, Shape.SPHERES)
+    assert APatch(free="quadric", normals="loop").reproduces == (Shape.PLANES,)
+    assert scheme("a-patch[free=quadric]") == APatch(free="quadric")
+    assert scheme("a-patch[free=2.5,split=single]") == APatch(free=2.5, split="single")
+
+
 def test_without_normals_loops_are_taken() -> None:
     mesh = torus(16, 10, 3)
     bare = HermiteMesh(mesh.points, mesh.faces)
@@ -351,95 +255,6 @@ def test_where_tetrahedra_cross_the_mesh_is_refined_and_the_surface_is_still_ove
     assert corners.f == pytest.approx(mesh.corner_points().reshape(-1, 3), abs=1e-13)
     assert mesh.normals is not None
     assert corners.normal == pytest.approx(mesh.normals[mesh.faces].reshape(-1, 3), abs=1e-9)
-
-
-# ---- single cubics
-
-
-def test_single_cubics_are_c1_with_free_number_2_coefficients() -> None:
-    found = hull(noisy_torus(), 0.05, 1e-12)
-    cubics = single_cubics(found)
-    assert cubics.single.sum() > 50
-    split = (found.faces == Convexity.NONCONVEX) & ~cubics.single
-    jumps = gradient_jumps(found, split, cubics.turns)
-    assert max(jumps.values()) <= 1e-11
-    nets = nets_of_faces(found, 0, split, cubics.turns)
-    own = cubics.single[nets.faces]
-    # one cubic: no rational term is left, though the three edges ask for one coefficient each
-    assert np.abs(nets.rational[own]).max() <= 1e-11
-    plain = nets_of_faces(found, 0, split)
-    assert np.abs(plain.rational[own]).max() > 1e-3
-
-
-def test_single_cubics_need_fewer_tetrahedra_and_give_another_surface() -> None:
-    three, single = (one.fit(noisy_torus()) for one in (APatch(), APatch(split="single")))
-    chosen = single.branches["single cubics"]
-    assert chosen > 100
-    fewer = three.branches["tetrahedra of faces"] - single.branches["tetrahedra of faces"]
-    assert fewer == 4 * chosen  # two each, on both sides
-    assert three.patch_count == single.patch_count
-    assert norm(all_points(three, 4) - all_points(single, 4)).max() > 1e-3
-
-
-def test_single_cubics_lift_number_3_coefficients_where_they_can() -> None:
-    """One face has three edges to itself: its coefficient is moved until none is negative, if that is possible."""
-    mesh = noisy_torus()
-    counts = []
-    for face in range(0, 200):
-        found = hull(mesh.submesh(np.array([face])), 0.05, 1e-12)
-        if found.faces[0] != Convexity.NONCONVEX:
-            continue
-        cubics = single_cubics(found)
-        lowest, possible = 0, _possible(found)
-        for side in range(2):
-            nets = nets_of_faces(found, side, np.zeros(1, dtype=bool), cubics.turns)
-            lowest += int((nets.layer1[:, [1, 2, 4]] < -1e-6 * np.abs(nets.layer1).max()).sum())
-        assert (lowest == 0) == possible
-        counts.append(possible)
-    assert 0 < sum(counts) < len(counts)
-
-
-def _possible(found: Hull) -> bool:
-    """Whether some number 2 coefficient of a single face leaves no number 3 coefficient negative: they are affine."""
-    low, high = -np.inf, np.inf
-    zero, one = (np.concatenate([_number3(found, side, value) for side in range(2)]) for value in (0.0, 1.0))
-    for value, slope in zip(zero, one - zero, strict=True):
-        if slope > 0.0:
-            low = max(low, -value / slope)
-        elif slope < 0.0:
-            high = min(high, -value / slope)
-    return low <= high
-
-
-def _number3(found: Hull, side: int, value: float) -> Float:
-    """Number 3 coefficients (3,) of a single face whose number 2 coefficient has this value, by least turns."""
-    base, vectors = found.mesh.corner_points(), found.vectors[found.mesh.faces]
-    plain = nets_of_faces(found, 0, np.zeros(1, dtype=bool))
-    number2 = plain.rational[0] + plain.layer0[0, 0, 4]
-    turns = np.zeros((1, 3, 3))
-    for s in range(3):
-        p, q, far = base[0, (s + 1) % 3], base[0, (s + 2) % 3], base[0, s]
-        across = far - p - (far - p) @ (q - p) / ((q - p) @ (q - p)) * (q - p)
-        turns[0, s] = 3.0 * (value - number2[s]) * across / (across @ across)
-    assert vectors.shape == (1, 3, 3)
-    return nets_of_faces(found, side, np.zeros(1, dtype=bool), turns).layer1[0, [1, 2, 4]]
-
-
-def test_coplanar_neighbours_and_mixed_folds_keep_three_cubics() -> None:
-    mesh = JoinedFaces("nonconvex").mesh(0)
-    assert may_be_single(hull(mesh, 0.05, 1e-12)).all()
-    flat = HermiteMesh(mesh.points * [1, 1, 0], mesh.faces, gradients=mesh.gradients)
-    found = hull(flat, 0.05, 1e-12)
-    assert (found.faces == Convexity.NONCONVEX).all()
-    assert not may_be_single(found).any()
-    # two neighbours, one of them folded back over the face
-    points = np.array([[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, 1, 1], [3, 1.5, 0.5]], dtype=float)
-    faces = np.array([[0, 1, 2], [1, 0, 3], [2, 1, 4]])
-    tilted = np.tile([0.3, 0.1, 1.0], (5, 1))
-    for chosen, expected in (([0, 1], True), ([0, 2], True), ([0, 1, 2], False)):
-        found = hull(HermiteMesh(points, faces, gradients=tilted).submesh(np.array(chosen)), 0.05, 1e-12)
-        assert found.faces[0] == Convexity.NONCONVEX
-        assert may_be_single(found)[0] == expected
 
 
 # ---- refusals
@@ -466,6 +281,18 @@ def test_an_edge_that_no_coefficients_help_is_refused_by_name() -> None:
         APatch().fit(mesh)
     gap, angle = joins(APatch().fit(ridge(5.0, 290.0)))
     assert max(gap, angle) <= 1e-12
+
+
+def test_a_convex_face_whose_rays_meet_nothing_is_refused_by_name() -> None:
+    """F = 1 everywhere: positive on the face, and no zero behind it."""
+    part = APatch().fit(icosahedron()).parts[0]
+    assert isinstance(part.batch, ShootingTriangles)
+    check_backward_rays(part)
+    nets = part.batch.nets.copy()
+    nets[7, 0] = 1.0
+    broken = dataclasses.replace(part, batch=dataclasses.replace(part.batch, nets=nets))
+    with pytest.raises(Refused, match="rays through face 7,"):
+        check_backward_rays(broken)
 
 
 def test_loop_normals_that_do_not_exist_are_refused() -> None:

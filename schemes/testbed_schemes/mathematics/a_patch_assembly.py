@@ -13,16 +13,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from testbed.errors import Refused
+from testbed.geometry.bernstein import index_of
 from testbed.geometry.bezier import BezierTriangles
-from testbed.geometry.domain import CORNERS
+from testbed.geometry.domain import CORNERS, lattice
 from testbed.geometry.shooting import ShootingTriangles
 from testbed.geometry.shooting_quads import ShootingQuads
 from testbed.geometry.surface import Part
 from testbed.geometry.vectors import Bool, Float, Int, dot
 from testbed_schemes.mathematics.a_patch_classes import Convexity
-from testbed_schemes.mathematics.a_patch_coefficients import FaceNets
+from testbed_schemes.mathematics.a_patch_coefficients import LAYER_PLACES, FaceNets
 from testbed_schemes.mathematics.a_patch_edges import EdgeNets
 from testbed_schemes.mathematics.a_patch_sides import SIDES, Hull
+
+#: Steps of the lattice on which rays backwards are looked at.
+BACKWARD_STEPS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +80,15 @@ def parts_of(found: Hull, sides: tuple[SideNets, SideNets], split: Bool, places:
         (F,) faces on which F is three cubics.
     places
         Where the hull's faces lie in the surface's mesh.
+
+    Raises
+    ------
+    Refused
+        See :func:`check_backward_rays`.
     """
-    parts = [_face_part(found, sides, split, places), _edge_part(found, sides, places), _flat_part(found, places)]
+    faces = _face_part(found, sides, split, places)
+    check_backward_rays(faces)
+    parts = [faces, _edge_part(found, sides, places), _flat_part(found, places)]
     return tuple(part for part in parts if len(part.batch))
 
 
@@ -93,6 +105,39 @@ def with_patches(found: Hull) -> Bool:
     """Return the edges (E,) that have patches of their own."""
     result: Bool = (found.edges != Convexity.ZERO) & ~found.mesh.boundary_edges
     return result
+
+
+def check_backward_rays(part: Part) -> None:
+    """Refuse convex faces that F leaves on their other side and never meets again, (4.5).
+
+    Rays from points of a convex face with F > 0, which an obtuse face may have, are followed backwards, where no bound
+    ensures a root. Looked at on a lattice.
+
+    Parameters
+    ----------
+    part
+        A part of triangles met by rays.
+
+    Raises
+    ------
+    Refused
+        A ray finds no root; the message names the face.
+    """
+    batch = part.batch
+    assert isinstance(batch, ShootingTriangles)  # noqa: S101 - see above
+    convex = np.isnan(batch.apexes).any(axis=(1, 2))
+    layer0 = np.where(np.isnan(batch.apexes[:, 1, 0])[:, None], batch.nets[:, 0], -batch.nets[:, 1])[:, LAYER_PLACES[0]]
+    rational = np.where(np.isnan(batch.apexes[:, 1, 0])[:, None], batch.rational[:, 0], -batch.rational[:, 1])
+    middle = index_of((1, 1, 1))
+    highest = layer0[:, middle] + rational.max(axis=1)
+    (rows,) = np.nonzero(convex & ((layer0 > 0.0).any(axis=1) | (highest > 0.0)))
+    points = batch.take(rows).jets(lattice(3, BACKWARD_STEPS), 0).f
+    missed = ~np.isfinite(points).all(axis=(1, 2))
+    if missed.any():
+        raise Refused(
+            f"rays through face {part.faces[rows[missed][0]]}, beyond which the surface lies, meet none: give a finer "
+            "mesh or other normals there"
+        )
 
 
 def _flat_part(found: Hull, places: Places) -> Part:

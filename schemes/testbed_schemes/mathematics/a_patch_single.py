@@ -8,7 +8,9 @@ there is given up.
 
 Formulas: the note's conditions as printed. **Fill**: with one single cubic at an edge, the least turn; next to a flat
 face the turn is perpendicular to it. Free coefficients start at the mean of (4.10) to (4.12) and are moved by
-projections until no number 3 coefficient is negative, or for a given number of steps.
+projections until no number 3 coefficient is negative. Where that cannot be had, the paper would go on, but rays from
+points with F = 0 then may start on the wrong side of the surface, which tears at the pinches of edges: such faces keep
+three cubics.
 """
 
 from dataclasses import dataclass
@@ -24,7 +26,9 @@ from testbed_schemes.mathematics.split_domain import J, K
 #: Least sine of the angle of two faces that count as not coplanar: the turns are that much larger than their causes.
 COPLANAR = 1e-3
 #: Steps of the projections.
-STEPS = 200
+STEPS = 100
+#: How far above zero they aim, as part of the number 1 coefficients at the ends of the edge.
+AIM = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +41,13 @@ class SingleCubics:
         (F,) those faces.
     turns
         (F, 3, 3) turns by edge opposite corner s.
-    negative
-        Number 3 coefficients that stayed negative at the edges of those faces.
+    given_up
+        Faces that keep three cubics as some number 3 coefficient would be negative.
     """
 
     single: Bool
     turns: Float
-    negative: int
+    given_up: int
 
 
 def may_be_single(found: Hull) -> Bool:
@@ -65,15 +69,19 @@ def may_be_single(found: Hull) -> Bool:
 
 
 def single_cubics(found: Hull) -> SingleCubics:
-    """Return single cubics wherever :func:`may_be_single`."""
+    """Return single cubics wherever :func:`may_be_single` and no number 3 coefficient needs to be negative."""
     single = may_be_single(found)
-    edges = _Edges.of(found, single)
+    eligible = int(single.sum())
     corners, vectors = found.mesh.corner_points(), found.vectors[found.mesh.faces]
     free = middle_coefficient(corners, (corners[:, J], corners[:, K]), (vectors[:, J], vectors[:, K])).mean(axis=1)
-    free, negative = edges.lifted(np.where(single, free, 0.0))
-    turns = edges.turns(free)
+    while True:
+        edges = _Edges.of(found, single)
+        free, spoilt = edges.lifted(free)
+        if not spoilt.any():
+            break
+        single &= ~spoilt
     # edge s of a face, opposite corner s, is its side s + 1
-    return SingleCubics(single, turns[found.mesh.face_edges[:, J]], negative)
+    return SingleCubics(single, edges.turns(free)[found.mesh.face_edges[:, J]], eligible - int(single.sum()))
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,32 +144,43 @@ class _Edges:
         deviation = np.where(self.single, free[self.faces] - self.plain, 0.0)
         return deviation[:, :1] * self.response[:, 0] + deviation[:, 1:] * self.response[:, 1]
 
-    def lifted(self, free: Float) -> tuple[Float, int]:
-        """Move coefficients until number 3 coefficients are not negative, if possible; and count those that are.
+    def lifted(self, free: Float) -> tuple[Float, Bool]:
+        """Move coefficients (F,) until number 3 coefficients are positive, if possible.
 
-        Projections onto all half-spaces at once, each face taking the mean of what its conditions ask for.
+        Projections onto all half-spaces at once, each face taking the mean of what its conditions ask for. Also returns
+        the faces (F,) to give up where one stays negative: of two at an edge the one that lacks more.
         """
-        (p, q), (n_p, n_q) = self.ends, self.end_vectors
+        (p, q), (n_p, n_q) = ((one[:, None, None] for one in pair) for pair in (self.ends, self.end_vectors))
         sign = np.array(SIDES)
-        ends = (p[:, None, None], q[:, None, None])
-        plain3 = sign * middle_coefficient(self.apexes, ends, (n_p[:, None, None], n_q[:, None, None]))
-        reach = dot((self.apexes - p[:, None, None])[:, :, :, None], self.response[:, None, None]) / 3.0
+        plain3 = sign * middle_coefficient(self.apexes, (p, q), (n_p, n_q))
+        aim = AIM * sign * (dot(self.apexes - p, n_p) + dot(self.apexes - q, n_q)) / 6.0
+        reach = dot((self.apexes - p)[:, :, :, None], self.response[:, None, None]) / 3.0
         slope = np.where(self.single[:, None, None], sign[:, None] * reach, 0.0)  # edge, face, side, face that turns
-        asked = np.isfinite(plain3) & (slope != 0.0).any(axis=3)
-        edge, face, side = np.nonzero(asked)
-        plain3, slope = plain3[edge, face, side], slope[edge, face, side]
+        edge, face, side = np.nonzero(np.isfinite(plain3) & (slope != 0.0).any(axis=3))
+        plain3, slope, aim = plain3[edge, face, side], slope[edge, face, side], aim[edge, face, side]
         owner, plain2 = np.where(self.single, self.faces, 0)[edge], self.plain[edge]
-        square = (slope * slope).sum(axis=1)
-        counts = np.bincount(owner[slope != 0.0], minlength=len(free))
+        square = slope[:, 0] * slope[:, 0] + slope[:, 1] * slope[:, 1]
+        turning = slope != 0.0
+        counts = np.maximum(np.bincount(owner[turning], minlength=len(free)), 1)
+
+        def values() -> Float:
+            deviation = free[owner] - plain2
+            value: Float = plain3 + (slope[:, 0] * deviation[:, 0] + slope[:, 1] * deviation[:, 1])
+            return value
+
         for _ in range(STEPS):
-            value = plain3 + (slope * (free[owner] - plain2)).sum(axis=1)
-            lack = np.maximum(-value, 0.0) / square
+            lack = np.maximum(aim - values(), 0.0) / square
             if not lack.any():
                 break
-            step = np.bincount(owner.ravel(), weights=(lack[:, None] * slope).ravel(), minlength=len(free))
-            free = free + step / np.maximum(counts, 1)
-        value = plain3 + (slope * (free[owner] - plain2)).sum(axis=1)
-        return free, int((value < -1e-9 * np.sqrt(square) * np.abs(free[owner]).max(axis=1)).sum())
+            free = free + np.bincount(owner.ravel(), (lack[:, None] * slope).ravel(), len(free)) / counts
+        missing = np.maximum(-values(), 0.0) / np.sqrt(square)
+        lacks = np.where(
+            turning, np.bincount(owner[turning], np.repeat(missing, 2).reshape(-1, 2)[turning], len(free))[owner], 0.0
+        )
+        spoilt = np.zeros(len(free), dtype=np.bool_)
+        bad = (missing > 0.0)[:, None] & turning & (lacks == lacks.max(axis=1, keepdims=True))
+        spoilt[owner[bad]] = True
+        return free, spoilt
 
 
 def _least_turns(across: Float, holds: Bool) -> Float:
