@@ -87,9 +87,9 @@ class APatch(Scheme):
         "layers of split faces, the margin above bounds, sharper bounds, the choice that keeps quadrics."
     )
     failures = (
-        "Refused where a vertex normal points below a face at the vertex, where tetrahedra of neighbours cross after all "
-        "splits (needle faces), at ridges with nu_1 + mu_4 <= -2. The default misses the sphere by 3.1 % on the "
-        "icosahedron, and converges with order 2.5 at best. Curvature jumps between patches."
+        "Refused where a vertex normal points below a face there, where tetrahedra of neighbours cross after all splits "
+        "(needle faces), and at ridges with nu_1 + mu_4 <= -2. The default misses the sphere by 3.1 % on the "
+        "icosahedron; its distances fall with orders of 2.5 to 3.5. Curvature jumps between patches."
     )
     needs = Data.POINTS
     continuity = Continuity.G1
