@@ -226,6 +226,16 @@ def test_a_vertex_on_the_plane_with_three_neighbours_has_no_admissible_points() 
     assert not surrounded(np.ones(6), 0.0).solve().infeasible.any()
 
 
+def test_legs_at_a_vertex_are_shortened_alike_to_a_factor_of_five() -> None:
+    for problem in PROBLEMS.values():
+        found = problem.solve()
+        factors, ends = found.shortening.ravel(), problem.mesh.edges.ravel()
+        least, greatest = np.ones(len(problem.mesh.points)), np.zeros(len(problem.mesh.points))
+        np.minimum.at(least, ends, factors)
+        np.maximum.at(greatest, ends, factors)
+        assert (greatest <= 5.0 * least * (1.0 + 1e-12)).all()
+
+
 def test_flat_data_on_the_plane_stay_flat() -> None:
     found = surrounded(np.zeros(6), 0.0).solve()
     assert sum(found.counts.values()) == 0
