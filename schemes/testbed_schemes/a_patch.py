@@ -47,13 +47,15 @@ class APatch(Scheme):
     ----------
     free
         Free coefficient of each face, F at the apex of its tetrahedron: ``default`` makes the cubic nearly linear,
-        ``quadric`` keeps quadrics, a number is taken for all faces. Raised where it is not above its bound.
+        ``quadric`` keeps quadrics, a number is taken for all faces, a vector's length times a distance. Raised where it
+        is not above its bound.
     normals
         ``data``: the mesh's gradients or normals, and Loop's limit normals where it has none; ``loop``: these anyway.
     lengths
         ``data``: gradients with their lengths where the mesh has gradients; ``unit``: length one everywhere.
     split
-        F on nonconvex faces: ``three`` cubics, or ``single`` ones where the paper's conditions allow it.
+        F on nonconvex faces: ``three`` cubics, or ``single`` ones where the paper's conditions allow it and no ray
+        starts on the wrong side of the surface.
     epsilon
         Margin of the tetrahedra's heights, as part of the face's mean edge length.
     tolerance
@@ -87,7 +89,7 @@ class APatch(Scheme):
         "layers of split faces, the margin above bounds, sharper bounds, the choice that keeps quadrics."
     )
     failures = (
-        "Refused where a vertex normal points below a face there, where tetrahedra of neighbours cross after all splits "
+        "Refused where a vertex normal points below a face there, where tetrahedra of neighbours cross after splits "
         "(needle faces), and at ridges with nu_1 + mu_4 <= -2. The default misses the sphere by 3.1 % on the "
         "icosahedron; its distances fall with orders of 2.5 to 3.5. Curvature jumps between patches."
     )
