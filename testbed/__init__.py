@@ -26,6 +26,7 @@ _HOME = {
     "TestbedError": "testbed.errors",
     "boundary_curve": "testbed.registry",
     "dataset": "testbed.registry",
+    "export_surface": "testbed_reports.export.formats",  # above all else, so that nothing here may import it
     "load_mesh": "testbed.geometry.mesh_files",
     "measure": "testbed.registry",
     "save_mesh": "testbed.geometry.mesh_arrays",
@@ -42,6 +43,7 @@ __all__ = [
     "TestbedError",
     "boundary_curve",
     "dataset",
+    "export_surface",
     "load_mesh",
     "measure",
     "save_mesh",

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from testbed.cli.exporting import export
 from testbed.cli.options import (
     Boundaries,
     Complete,
@@ -352,6 +353,9 @@ def render(
 
     request = Request(tuple(schemes), dataset, level, style, view, edges, limit, size, output)
     raise typer.Exit(render_command(request))
+
+
+app.command(epilog="[dim]Example:[/dim]  testbed export nielson -d torus --level 1 --field gauss -o torus.glb")(export)
 
 
 @app.command(epilog="[dim]Example:[/dim]  testbed ranges --sets 4 -o ranges")
