@@ -81,14 +81,15 @@ class RangeRestricted(Scheme):
     )
     status = (
         "Corrected: the normals n* of the boundary rule, gamma_0 in (3.2). Derived anew from an outline: the bound, "
-        "the constrained curves and the inner points. Fills: the factor kappa, the free vector by least squares, and "
-        "tangents where faces would fold."
+        "the constrained curves and the inner points. Fills: the factor kappa and its limit, the free vector by least "
+        "squares, shortened and turned tangents, estimated normals turned near the plane, tangents where faces would "
+        "fold."
     )
     failures = (
         "Chords' shadows are short tangents where normals turn far, and the surface is flat between: off the sphere by "
-        "0.19 on the octahedron, with K in [0.19, 14.6]. Shortened tangents crowd the parametrisation, and beside data "
-        "on the plane patches may fold over a little. Refused: tangents that would be shortened to a millionth, and "
-        "faces that fold about every direction of projection."
+        "0.19 on the octahedron, with K in [0.19, 14.6]. Shortened tangents crowd the parametrisation. Refused: "
+        "tangents that would be shortened to a millionth, vertices on the plane with three neighbours, or with four of which "
+        "opposite tangents would have to be collinear, and faces that fold about every direction of projection."
     )
     needs = Data.POINTS
     continuity = Continuity.G1
