@@ -18,6 +18,7 @@ from testbed_reports.rendering.colouring import BACKGROUND, INNER, MISSING, Scal
 from testbed_reports.rendering.facets import facets_of, lattice_facets, steps_of
 from testbed_reports.rendering.fields import Fields
 from testbed_reports.rendering.figure import Subject, write_figure
+from testbed_reports.rendering.lines import PIECES
 from testbed_reports.rendering.picture import common_scale, look, pixels
 from testbed_reports.rendering.visibility import GRID, rasterise, sights
 
@@ -193,3 +194,17 @@ def test_the_same_surfaces_make_the_same_bytes(tmp_path: Path, style: Style) -> 
 def test_a_view_is_two_numbers() -> None:
     with pytest.raises(SpecError, match="does not exist"):
         Camera.around(np.zeros((1, 3)), float("nan"), 0.0)
+
+
+def test_edges_along_the_outline_are_drawn_whole_and_those_behind_it_not_at_all() -> None:
+    surface = registry.scheme("cubic-interpolant").fit(registry.dataset("octahedron").mesh(0))
+    points = facets_of(surface).points
+    along = look(surface, "patches", 480, Camera.around(points, 0.0, 0.0)).lines
+    # four edges on the outline, and of the eight others the four in front
+    assert len(along.ends) == 8 * PIECES
+    behind = look(surface, "patches", 480, Camera.around(points, 12.0, 17.0))
+    assert len(behind.lines.ends) < 9.5 * PIECES
+    # lines are pieces without gaps: where one ends another begins, but for few ends
+    ends = behind.lines.ends.reshape(-1, 2)
+    apart = norm(ends[:, None] - ends[None]) + 1e9 * np.eye(len(ends))
+    assert (apart.min(axis=1) > 1e-6).sum() <= 8

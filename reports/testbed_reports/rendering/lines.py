@@ -1,18 +1,25 @@
 """Lines on surfaces: the edges between patches, as far as they are seen, with the angle between normals along them."""
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
+from testbed.geometry.edges import PatchSides
 from testbed.geometry.surface import Surface
-from testbed.geometry.vectors import Bool, Float, angle_between
+from testbed.geometry.vectors import Bool, Float, Int, angle_between, dot
 from testbed_reports.rendering.camera import Camera
+from testbed_reports.rendering.facets import Facets
 from testbed_reports.rendering.visibility import GRID, Buffer
 
 #: Pieces that an edge is drawn in.
 PIECES = 24
-#: How far behind what a pixel sees a line may lie and still be seen, in pixels.
+#: How far behind what a pixel sees a line may lie and still be seen, in pixels, where the surface faces the viewer.
 BEHIND = 2.5
+#: Where it is seen edge on, its depth changes much within the two pixels around a line, but not by more than this many.
+STEEP = 60.0
+#: Cosine of normal and view up to which a surface that just turns away counts as seen: that far it is on the outline.
+EDGE_ON = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,38 +41,87 @@ class Lines:
     inner: Bool
 
 
-def edge_lines(surface: Surface, camera: Camera, buffer: Buffer) -> Lines:
-    """Return the visible pieces of all edges between patches and on the boundary."""
+def edge_lines(surface: Surface, camera: Camera, facets: Facets, buffer: Buffer) -> Lines:
+    """Return the visible pieces of all edges between patches and on the boundary.
+
+    A piece is seen where the picture shows one of the patches beside it, there or next to it and about as near, or
+    where nothing is nearer. So edges that run along an outline are seen as a whole or not at all.
+    """
     size = len(buffer.facet) // GRID
     edges = surface.edges
     t = np.arange(PIECES + 1) / PIECES
-    points = surface.side_jets(edges.left, t, 0).f
     middles = 0.5 * (t[1:] + t[:-1])
-    angle = np.full((len(edges), PIECES), np.nan)
-    interior = edges.interior
-    if interior.any():
-        left, right = surface.edge_jets(edges[interior], middles, 1)
-        with np.errstate(invalid="ignore"):
-            angle[interior] = np.degrees(angle_between(left.normal, right.normal))
+    points = surface.side_jets(edges.left, t, 0).f
+    # where a patch has no normal the line is looked for as if it faced the viewer
+    with np.errstate(invalid="ignore", divide="ignore"):
+        left = surface.side_jets(edges.left, middles, 1).normal
+        right = surface.side_jets(edges.right, 1.0 - middles, 1).normal
+        angle = np.degrees(angle_between(left, right))
+    angle[edges.boundary] = np.nan
     screen = camera.screen(points.reshape(-1, 3), size).reshape(len(edges), PIECES + 1, 3)
-    seen = _seen(0.5 * (screen[:, 1:] + screen[:, :-1]), buffer)
+    between = 0.5 * (screen[:, 1:] + screen[:, :-1])
+    seen = in_front(between, buffer)
+    shown = _Shown.of(facets, camera, buffer)
+    for sides, normals in ((edges.left, left), (edges.right, right)):
+        seen |= _beside(between, sides, dot(normals, camera.towards), shown, buffer)
     ends = np.stack([screen[:, :-1, :2], screen[:, 1:, :2]], axis=2)
     inner = np.broadcast_to(edges.within_face[:, None], seen.shape)
     return Lines(ends[seen], angle[seen], inner[seen])
 
 
-def _seen(screen: Float, buffer: Buffer) -> Bool:
-    """(...) true where points (..., 3) in pixels are not behind what their samples see."""
-    samples = len(buffer.facet)
-    with np.errstate(invalid="ignore"):
-        column, row = (np.nan_to_num(screen[..., i] * GRID).clip(0, samples - 1).astype(np.int64) for i in (0, 1))
-    seen: Bool = screen[..., 2] >= _nearby(buffer.depth)[row, column] - BEHIND
+def in_front(screen: Float, buffer: Buffer) -> Bool:
+    """(...) true where nothing is seen before points (..., 3) in pixels, in their samples or those next to them."""
+    depth = np.pad(buffer.depth, 1, constant_values=-np.inf)
+    count = len(buffer.depth)
+    most = np.maximum.reduce([depth[i : i + count, j : j + count] for i in range(3) for j in range(3)])
+    row, column = _samples(screen, buffer)
+    seen: Bool = screen[..., 2] >= most[row, column] - BEHIND
     return seen
 
 
-def _nearby(depth: Float) -> Float:
-    """The least depth of a sample and its neighbours, so that lines on silhouettes are seen."""
-    padded = np.pad(depth, 1, constant_values=-np.inf)
-    count = len(depth)
-    least: Float = np.minimum.reduce([padded[i : i + count, j : j + count] for i in range(3) for j in range(3)])
-    return least
+def _beside(screen: Float, sides: PatchSides, facing: Float, shown: "_Shown", buffer: Buffer) -> Bool:
+    """(E, S) true where a sample at points (E, S, 3), or one next to it, sees the patch (E,) of their side there.
+
+    ``facing`` (E, S) is the cosine of normal and view.
+    """
+    reach = BEHIND + (3.0 / np.nan_to_num(np.abs(facing), nan=1.0).clip(1e-9, None)).clip(None, STEEP)
+    row, column = _samples(screen, buffer)
+    last = len(buffer.facet) - 1
+    seen = np.zeros(screen.shape[:-1], dtype=np.bool_)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            at = (row + i).clip(0, last), (column + j).clip(0, last)
+            own = (shown.part[at] == sides.part[:, None]) & (shown.patch[at] == sides.patch[:, None])
+            with np.errstate(invalid="ignore"):
+                same = ~(shown.side[at] * facing < -EDGE_ON)
+                seen |= own & same & (np.abs(buffer.depth[at] - screen[..., 2]) <= reach)
+    return seen
+
+
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """Part, patch, and side of the surface (1 outer, -1 inner) that the samples of a buffer see; part -2 for none."""
+
+    part: Int
+    patch: Int
+    side: Int
+
+    @classmethod
+    def of(cls, facets: Facets, camera: Camera, buffer: Buffer) -> Self:
+        corners = camera.screen(facets.points, len(buffer.facet))[facets.corners, :2]
+        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        # pixels count downwards: counterclockwise is seen as clockwise
+        outer = first[:, 0] * second[:, 1] <= first[:, 1] * second[:, 0]
+        part, patch, side = np.full((3, *buffer.facet.shape), -2)
+        known = buffer.facet >= 0
+        facet = buffer.facet[known]
+        part[known], patch[known], side[known] = facets.part[facet], facets.patch[facet], np.where(outer, 1, -1)[facet]
+        return cls(part, patch, side)
+
+
+def _samples(screen: Float, buffer: Buffer) -> tuple[Int, Int]:
+    """Row and column of the samples that points (..., 3) in pixels fall into."""
+    last = len(buffer.facet) - 1
+    with np.errstate(invalid="ignore"):
+        column, row = (np.nan_to_num(screen[..., i] * GRID).clip(0, last).astype(np.int64) for i in (0, 1))
+    return row, column

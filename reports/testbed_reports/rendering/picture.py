@@ -75,7 +75,7 @@ def look(
     seen = sights(facets, buffer, weights, every_sample=style in STRIPED)
     values = fields(surface, seen, curved=style in CURVED, exact=exact if style in EXACT else None)
     kinds = np.array([0 if part.batch.sides == surface.mesh.sides else 1 for part in surface.parts])
-    return Look(camera, seen, values, kinds[seen.part], edge_lines(surface, camera, buffer))
+    return Look(camera, seen, values, kinds[seen.part], edge_lines(surface, camera, facets, buffer))
 
 
 def pixels(one: Look, style: Style, scale: Scale) -> Float:
