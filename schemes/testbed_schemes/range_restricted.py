@@ -88,8 +88,9 @@ class RangeRestricted(Scheme):
     failures = (
         "Chords' shadows are short tangents where normals turn far, and the surface is flat between: off the sphere by "
         "0.19 on the octahedron, with K in [0.19, 14.6]. Shortened tangents crowd the parametrisation. Refused: "
-        "tangents that would be shortened to a millionth, vertices on the plane with three neighbours, or with four of which "
-        "opposite tangents would have to be collinear, and faces that fold about every direction of projection."
+        "tangents that would be shortened to a millionth, vertices on the plane with three neighbours, or with four "
+        "of which opposite tangents would have to be collinear, and faces that fold about every direction of "
+        "projection."
     )
     needs = Data.POINTS
     continuity = Continuity.G1
