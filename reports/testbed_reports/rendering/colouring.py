@@ -31,6 +31,11 @@ OUTER: Final = np.array([0.78, 0.82, 0.88])
 INNER: Final = np.array([0.86, 0.72, 0.52])
 MISSING: Final = np.array([1.0, 0.0, 1.0])
 BACKGROUND: Final = np.array([1.0, 1.0, 1.0])
+#: Colours of surfaces whose edges matter, and of the dark and the light bands of isophotes and reflection lines.
+PALE: Final = np.array([0.93, 0.93, 0.94])
+BANDS: Final = np.array([[0.13, 0.15, 0.2], [0.88, 0.89, 0.9]])
+#: The light is above the viewer's left shoulder: so much to the right, upwards and towards the viewer.
+LIGHT: Final = (-0.45, 0.55, 0.75)
 #: Faces and what lies beside them in turn, after Okabe and Ito: light enough to be shaded.
 PATCHES: Final = np.array([[0.55, 0.75, 0.92], [0.98, 0.78, 0.42], [0.60, 0.83, 0.70], [0.90, 0.68, 0.80]])
 #: matplotlib's colour maps: zero is grey on the diverging one, small is light on the others.
@@ -118,17 +123,16 @@ def coloured(style: Style, fields: Fields, sights: Sights, camera: Camera, scale
         height = np.arcsin(np.clip(dot(reflected, np.array(camera.axes[1])), -1.0, 1.0)) / np.pi
         colours = _bands(ZEBRA * (height + 0.5), facing)
     else:
-        pale = np.array([0.93, 0.93, 0.94])
-        base = PATCHES[group % len(PATCHES)] if style == "patches" else pale if style == "jump" else OUTER
+        base = PATCHES[group % len(PATCHES)] if style == "patches" else PALE if style == "jump" else OUTER
         colours = _shaded(np.where((facing < 0.0)[:, None], INNER, base), normals, camera)
     known: Float = np.where(np.isfinite(colours).all(axis=-1, keepdims=True), colours, MISSING)
     return known
 
 
 def _light(camera: Camera) -> Float:
-    """Direction to the light: above the viewer's left shoulder."""
-    right, up, towards = (np.array(axis) for axis in camera.axes)
-    return unit(0.75 * towards + 0.55 * up - 0.45 * right)
+    """Direction to the light in space."""
+    right, up, towards = (share * np.array(axis) for share, axis in zip(LIGHT, camera.axes, strict=True))
+    return unit(towards + up + right)
 
 
 def _shaded(base: Float, normals: Float, camera: Camera, gloss: float = 0.25) -> Float:
@@ -155,6 +159,6 @@ def _map(style: Style, values: Float, scale: Scale, sights: Sights, camera: Came
 def _bands(phase: Float, facing: Float) -> Float:
     """Dark and light bands, a period each two units of the phase; of the inner side's colour seen from behind."""
     dark = np.floor(phase).astype(np.float64) % 2.0 == 0.0
-    light = np.where((facing < 0.0)[:, None], INNER, np.array([0.88, 0.89, 0.9]))
-    colours = np.where(dark[:, None], np.array([0.13, 0.15, 0.2]), light)
+    light = np.where((facing < 0.0)[:, None], INNER, BANDS[1])
+    colours = np.where(dark[:, None], BANDS[0], light)
     return np.where(np.isnan(phase)[:, None], np.nan, colours)
