@@ -178,6 +178,22 @@ def test_neighbours_in_the_plane_of_the_face_determine_nothing() -> None:
     assert np.array_equal(quadric_parameters(nets, flat, there), nets.default)
 
 
+def test_neighbours_nearly_in_the_plane_of_the_face_count_only_if_the_quadric_meets_them() -> None:
+    # the vertex beyond, slid along the quadric towards the plane of the face, on a curve through a corner of the face
+    nets, opposite, there, exact = on_quadric("sphere", 10, 12)
+    corner = nets.base[:, 1]
+    upright = unit(cross(nets.base[:, 1] - nets.base[:, 0], nets.base[:, 2] - nets.base[:, 0]))
+    around = unit(cross(upright, corner))
+    near = unit(corner + 1e-3 * around + 1e-3 * upright)
+    opposite[:], there[:] = np.nan, np.nan
+    opposite[:, 0], there[:, 0] = near, 2.0 * near
+    height = dot(near - nets.base[:, 0], upright) / dot(nets.apex - nets.base[:, 0], upright)
+    assert (np.abs(height) < 0.05).all()
+    assert np.abs(quadric_parameters(nets, opposite, there) - exact).max() < 1e-9
+    there[:, 0] += 1e-4 * around
+    assert np.array_equal(quadric_parameters(nets, opposite, there), nets.default)
+
+
 def test_it_is_the_least_squares_solution_of_its_equations() -> None:
     """On data of no quadric, by lstsq on differences of the polynomial itself."""
     nets = random_faces(20, 12)

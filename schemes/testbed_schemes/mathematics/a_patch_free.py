@@ -17,8 +17,12 @@ from testbed.geometry.vectors import Bool, Float, Int, cross, dot, norm
 from testbed_schemes.mathematics.a_patch_coefficients import FaceNets
 from testbed_schemes.mathematics.split_domain import J, K
 
-# Opposite vertices that are all nearer to the face's plane than this part of the apex's height say nothing.
-_FLAT = 1e-9
+# Opposite vertices that are all nearer to the face's plane than this part of the apex's height say nothing; those
+# nearer than the second say something only if the quadric meets them exactly, for what is cubic in the data is divided
+# by that part and would drown the rest.
+_FLAT, _WEAK = 1e-9, 0.05
+#: Misfit of vectors, relative, up to which data are those of a quadric.
+_EXACT = 1e-9
 
 
 def quadric_parameters(nets: FaceNets, opposite: Float, vectors: Float) -> Float:
@@ -38,7 +42,8 @@ def quadric_parameters(nets: FaceNets, opposite: Float, vectors: Float) -> Float
     Float
         (N,) the least squares of q(p_l) + f alpha_4(p_l)^2 = 0 and L (grad(q + f alpha_4^2)(p_l) - n_l) = 0 over the
         opposite vertices p_l, with q the quadratic of :func:`nearest_quadratic` and L the mean edge length. The paper's
-        default where nothing determines f: no neighbours, or all of them in the face's plane.
+        default where nothing determines f: no neighbours, or all of them in the face's plane, or nearly so while the
+        data are not those of a quadric.
     """
     values, gradients, weight, slope = _at_opposite(nets, opposite)
     lengths = norm(nets.base[:, K] - nets.base[:, J])
@@ -53,7 +58,11 @@ def quadric_parameters(nets: FaceNets, opposite: Float, vectors: Float) -> Float
     useful: Bool = np.asarray((np.where(there, np.abs(weight), 0.0) > _FLAT).any(axis=1))
     total = numerator[:, 0] + numerator[:, 1] + numerator[:, 2]
     base = denominator[:, 0] + denominator[:, 1] + denominator[:, 2]
-    return np.where(useful, -total / np.where(useful, base, 1.0), nets.default)
+    free = -total / np.where(useful, base, 1.0)
+    misfit = norm(gradients + free[:, None, None] * along - vectors) / norm(vectors)
+    strong: Bool = np.asarray((np.where(there, np.abs(weight), 0.0) > _WEAK).any(axis=1))
+    exact: Bool = np.asarray((np.where(there, misfit, 0.0) < _EXACT).all(axis=1))
+    return np.where(useful & (strong | exact), free, nets.default)
 
 
 def opposite_vertices(faces: Int, edges: Int, face_edges: Int, edge_faces: Int) -> Int:
