@@ -19,6 +19,7 @@ from testbed.cli.options import (
     Level,
     Levels,
     Maximise,
+    Pdf,
     Schemes,
     Studied,
     StudiedData,
@@ -64,6 +65,7 @@ def run(
     timeout: Annotated[float, typer.Option(min=0.001, metavar="SECONDS", help="What a cell may take.")] = 300.0,
     retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Compute failed cells again.")] = False,
     parquet: Annotated[bool, typer.Option("--parquet", help="Write results.parquet too.")] = False,
+    pdf: Pdf = False,
     as_json: Json = False,
 ) -> None:
     """Compute schemes x datasets x levels, and write tables and a page; what was computed before is reused.
@@ -80,6 +82,7 @@ def run(
             timeout,
             retry_failed=retry_failed,
             parquet=parquet,
+            pdf=pdf,
             as_json=as_json,
         )
     )
@@ -159,12 +162,13 @@ def report(
         "results"
     ),
     *,
+    pdf: Pdf = False,
     as_json: Json = False,
 ) -> None:
     """Write the reports of a finished or interrupted run again, and print its tables."""
     from testbed.cli.running import report_command
 
-    raise typer.Exit(report_command(directory, as_json=as_json))
+    raise typer.Exit(report_command(directory, pdf=pdf, as_json=as_json))
 
 
 @app.command(epilog="[dim]Example:[/dim]  testbed reproduce mann-1992 -o reproduction")

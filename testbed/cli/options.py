@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines instead of tables.")]
+Pdf = Annotated[bool, typer.Option("--pdf", help="Write report.pdf too: the page on paper, with every number.")]
 Schemes = Annotated[
     list[str] | None,
     typer.Option(

@@ -26,6 +26,9 @@ from testbed.plugins.boundary import BoundaryCurve
 from testbed.plugins.dataset import Dataset
 from testbed.registry import catalogue, load, reports
 
+#: Name of the report that ``--pdf`` asks for.
+PDF = "pdf"
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -92,6 +95,7 @@ def run_command(
     *,
     retry_failed: bool,
     parquet: bool,
+    pdf: bool,
     as_json: bool,
 ) -> int:
     """Run, report, and return the exit code: 1 if a cell failed or took too long, 130 if interrupted, else 0."""
@@ -108,7 +112,7 @@ def run_command(
         console.print("interrupted: run the same command again to go on from here")
         return 130
     results = read_results(directory)
-    written = _write_reports(console, directory)
+    written = _write_reports(console, directory, pdf=pdf)
     if parquet:
         write_parquet(results, directory / "results.parquet")
     if as_json:
@@ -165,11 +169,11 @@ def plan_command(asked: Grid, directory: Path, *, as_json: bool) -> None:
         console.print(line, markup=False)
 
 
-def report_command(directory: Path, *, as_json: bool) -> int:
+def report_command(directory: Path, *, pdf: bool, as_json: bool) -> int:
     """Write the reports of a results directory again; return 1 if a cell of it failed, else 0."""
     console = wide(stderr=as_json)
     results = read_results(directory)
-    written = _write_reports(console, directory)
+    written = _write_reports(console, directory, pdf=pdf)
     if as_json:
         _print_json(results, None, written)
     else:
@@ -237,10 +241,12 @@ def _duration(seconds: float) -> str:
     return f"{minutes} min {rest:02d} s left" if minutes else f"{rest} s left"
 
 
-def _write_reports(console: Console, directory: Path) -> list[Path]:
-    """Let every registered report write; one that fails costs itself only, and says so."""
+def _write_reports(console: Console, directory: Path, *, pdf: bool) -> list[Path]:
+    """Let every registered report write, the PDF if asked for; one that fails costs itself only, and says so."""
     written: list[Path] = []
     for report in reports():
+        if report.on_request and not (pdf and report.name == PDF):
+            continue
         try:
             written.extend(report.write(directory))
         except TestbedError:

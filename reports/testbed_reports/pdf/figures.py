@@ -1,0 +1,142 @@
+"""The pictures and plots of all datasets, drawn in worker processes; whichever draws them, the bytes are the same."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from testbed.errors import TestbedError
+from testbed.harness.results import Results
+from testbed_reports.pdf.strips import Strip, strip
+from testbed_reports.styles import Style
+from testbed_reports.view import Drawing, Page
+
+#: Seconds that the pictures of a dataset may take.
+LIMIT: Final = 600.0
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What is drawn of a dataset.
+
+    Parameters
+    ----------
+    strip
+        The pictures of its surfaces, or None.
+    plots
+        SVG files: for each drawing its panels.
+    reason
+        Why there are no pictures although there should be; empty where there are.
+    """
+
+    strip: Strip | None
+    plots: tuple[tuple[str, ...], ...]
+    reason: str = ""
+
+
+def figures(results: Results, page: Page, jobs: int | None = None) -> tuple[Figures, ...]:
+    """Return the figures of each dataset.
+
+    Parameters
+    ----------
+    results, page
+        Results, and the page made of them.
+    jobs
+        Worker processes; one a processor if None. With 1 the figures are drawn in this process.
+
+    Raises
+    ------
+    TestbedError
+        Workers do not come up.
+    """
+    from testbed.harness.run import processors
+
+    tasks = [(results, section.dataset.spec, section.drawings, page.styles) for section in page.sections]
+    count = min(jobs or processors(), len(tasks))
+    return tuple(drawn(*task) for task in tasks) if count <= 1 else _in_workers(tasks, count)
+
+
+def drawn(results: Results, dataset: str, drawings: Sequence[Drawing], styles: Sequence[Style]) -> Figures:
+    """Draw the figures of a dataset; runs in a worker."""
+    from testbed_reports.plots import draw
+
+    plots = tuple(
+        tuple(map(standing_alone, draw(drawing.panels, styles, f"plot-{number}")))
+        for number, drawing in enumerate(drawings)
+    )
+    try:
+        return Figures(strip(results, dataset), plots)
+    except TestbedError as error:
+        return Figures(None, plots, str(error))
+
+
+def standing_alone(svg: str) -> str:
+    """Return an ``<svg>`` element of a page as a file of its own."""
+    return svg.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
+
+
+def swatch(style: Style) -> str:
+    """Return the SVG file of a scheme's line and marker."""
+    line = f'<path d="M0,6H24" stroke="{style.colour}" stroke-width="1.8"/>'
+    marker = f'<path transform="translate(12 6) scale(4.2)" d="{style.outline}" fill="{style.colour}"/>'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 12">{line}{marker}</svg>'
+
+
+def _in_workers(
+    tasks: Sequence[tuple[Results, str, Sequence[Drawing], Sequence[Style]]], count: int
+) -> tuple[Figures, ...]:
+    from testbed.harness.workers import Died, Returned, TimedOut, Workers
+
+    found: dict[int, Figures] = {}
+    waiting = list(enumerate(tasks))
+    with Workers(count, LIMIT) as workers:
+        while waiting or workers.tasks:
+            while waiting and workers.free > 0:
+                number, task = waiting.pop(0)
+                workers.submit(number, drawn, *task)
+            for outcome in workers.wait(1.0):
+                match outcome:
+                    case Returned(task=number, value=value):
+                        found[number] = value
+                    case TimedOut(task=number):
+                        found[number] = _without_pictures(tasks[number], f"drawing takes more than {LIMIT:g} s")
+                    case Died(task=number, reason=reason):
+                        found[number] = _without_pictures(tasks[number], reason)
+    return tuple(found[number] for number in range(len(tasks)))
+
+
+def _without_pictures(task: tuple[Results, str, Sequence[Drawing], Sequence[Style]], reason: str) -> Figures:
+    """Return a dataset's plots, where drawing its surfaces ended a worker."""
+    from testbed_reports.plots import draw
+
+    _, _, drawings, styles = task
+    plots = tuple(
+        tuple(map(standing_alone, draw(drawing.panels, styles, f"plot-{number}")))
+        for number, drawing in enumerate(drawings)
+    )
+    return Figures(None, plots, reason)
+
+
+def files(page: Page, drawn: Sequence[Figures]) -> Mapping[str, bytes]:
+    """Return all files that the document shows, by name."""
+    found = {swatch_file(position): swatch(style).encode() for position, style in enumerate(page.styles)}
+    for number, one in enumerate(drawn):
+        for group, plots in enumerate(one.plots):
+            found |= {plot_file(number, group, panel): svg.encode() for panel, svg in enumerate(plots)}
+        for place, shot in enumerate(one.strip.shots if one.strip else ()):
+            found |= {picture_file(number, place, style): image for style, image in enumerate(shot.images)}
+    return found
+
+
+def swatch_file(position: int) -> str:
+    """Name of the file with the line and marker of a scheme."""
+    return f"swatch-{position}.svg"
+
+
+def plot_file(dataset: int, group: int, panel: int) -> str:
+    """Name of the file of a plot."""
+    return f"plot-{dataset}-{group}-{panel}.svg"
+
+
+def picture_file(dataset: int, place: int, style: int) -> str:
+    """Name of the file of a picture."""
+    return f"picture-{dataset}-{place}-{style}.png"
