@@ -69,6 +69,10 @@ class Section:
         The schemes at that level, or None where no cell is ok.
     levels, orders
         Every cell and every order.
+    planned
+        Levels of the plan.
+    schemes
+        Positions of the schemes that are computed on it.
     """
 
     dataset: PlannedDataset
@@ -81,6 +85,8 @@ class Section:
     table: Table | None
     levels: Table
     orders: tuple[OrderRow, ...]
+    planned: tuple[int, ...]
+    schemes: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -122,6 +128,8 @@ class Page:
         Cells without a result.
     traces
         Tracebacks of failed cells.
+    command
+        The command that computes all of this.
     """
 
     sentences: tuple[str, ...]
@@ -141,6 +149,7 @@ class Page:
     hashes: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
     missing: tuple[str, ...]
     traces: tuple[Trace, ...]
+    command: str
 
 
 def view(results: Results) -> Page:
@@ -169,6 +178,7 @@ def view(results: Results) -> Page:
             Trace(f"{scheme} on {dataset}, level {level}", text)
             for (scheme, dataset, level), text in results.tracebacks.items()
         ),
+        shlex.join(map(str, results.run.get("command", ("testbed", "run")))),
     )
 
 
@@ -251,4 +261,6 @@ def _section(grid: Grid, dataset: PlannedDataset) -> Section:
         None if level is None else comparison(grid, dataset.spec, level),
         every_level(grid, dataset.spec),
         every_order(grid, dataset.spec),
+        planned,
+        tuple(position for position, scheme in enumerate(grid.schemes) if grid.planned(scheme, dataset.spec)),
     )

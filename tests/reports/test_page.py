@@ -1,6 +1,9 @@
 """The page is the same for the same results, holds all of them, loads nothing, and takes no markup from data."""
 
+import base64
 import dataclasses
+import hashlib
+import json
 import re
 from collections import Counter
 from html.parser import HTMLParser
@@ -20,7 +23,7 @@ from testbed_reports.view import view
 
 
 class Reader(HTMLParser):
-    """What a browser sees: elements with their attributes, and the text outside of styles."""
+    """What a browser sees: elements with their attributes, scripts, and the text outside of scripts and styles."""
 
     VOID = frozenset({"meta", "img", "br", "link", "input"})
 
@@ -29,6 +32,7 @@ class Reader(HTMLParser):
         self.elements: list[tuple[str, dict[str, str]]] = []
         self.open: list[str] = []
         self.text = ""
+        self.scripts: list[str] = []
         self.feed(page)
         self.close()
 
@@ -44,7 +48,9 @@ class Reader(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        if not self.open or self.open[-1] != "style":
+        if self.open and self.open[-1] == "script":
+            self.scripts.append(data)
+        elif not self.open or self.open[-1] != "style":
             self.text += data
 
     def values(self, attribute: str) -> list[str]:
@@ -94,9 +100,32 @@ def test_names_reasons_and_references_are_text_and_nothing_else() -> None:
     assert {name for _, attributes in reader.elements for name in attributes} <= {
         name for _, attributes in benign.elements for name in attributes
     }
-    assert not {"script", "img", "iframe", "object", "link", "base"} & {tag for tag, _ in reader.elements}
+    assert not {"img", "iframe", "object", "link", "base"} & {tag for tag, _ in reader.elements}
     assert not [name for _, attributes in reader.elements for name in attributes if name.startswith("on")]
     assert str(7777 * 7) not in reader.text
+
+
+def test_one_script_runs_whatever_is_in_the_data_and_the_policy_of_the_page_names_it() -> None:
+    page = page_of(hostile())
+    reader = Reader(page)
+    scripts = [attributes for tag, attributes in reader.elements if tag == "script"]
+    assert len(scripts) == len(reader.scripts)
+    running = [text for attributes, text in zip(scripts, reader.scripts, strict=True) if "type" not in attributes]
+    assert running == [text for text in Reader(page_of(results())).scripts if text.startswith('"use strict"')]
+    (policy,) = (value["content"] for tag, value in reader.elements if "http-equiv" in value)
+    digest = base64.b64encode(hashlib.sha256(running[0].encode()).digest()).decode()
+    assert "default-src 'none'" in policy
+    assert f"script-src 'sha256-{digest}'" in policy
+
+
+def test_data_for_the_script_is_json_without_any_character_of_markup() -> None:
+    reader = Reader(page_of(hostile()))
+    scripts = [attributes for tag, attributes in reader.elements if tag == "script"]
+    data = {
+        attributes["id"]: text for attributes, text in zip(scripts, reader.scripts, strict=True) if "type" in attributes
+    }
+    assert not [text for text in data.values() if re.search("[<>&]", text)]
+    assert json.loads(data["run-data"])["schemes"] == ["p4", HOSTILE, f"x{HOSTILE}"]
 
 
 def refused_or_noted(scheme: str, dataset: str, level: int) -> Outcome:
