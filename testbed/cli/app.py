@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from testbed.cli.differing import diff
 from testbed.cli.exporting import export
 from testbed.cli.options import (
     Boundaries,
@@ -359,6 +360,7 @@ def render(
     raise typer.Exit(render_command(request))
 
 
+app.command(epilog="[dim]Example:[/dim]  testbed diff before after --fail-on regressed")(diff)
 app.command(epilog="[dim]Example:[/dim]  testbed export nielson -d torus --level 1 --field gauss -o torus.glb")(export)
 
 
