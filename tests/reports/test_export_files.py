@@ -173,6 +173,11 @@ def test_glb_has_exact_normals_and_the_colours_of_a_field(tmp_path: Path) -> Non
     assert extras["remarks"][0] == "a title"
     (material,) = header["materials"]
     assert material["pbrMetallicRoughness"]["metallicFactor"] == 0.0
+    # the scene is upright in a world whose y points upwards
+    lifted = trimesh.load_scene(tmp_path / "a.glb", process=False).to_mesh()
+    x, y, z = arrays["POSITION"].T
+    np.testing.assert_allclose(lifted.vertices, np.stack([x, z, -y], axis=-1), rtol=0, atol=1e-6)
+    assert lifted.volume > 3.0
     read = trimesh.load_mesh(tmp_path / "a.glb", process=False)
     read.merge_vertices(merge_tex=True, merge_norm=True)
     assert read.is_watertight

@@ -180,7 +180,7 @@ def _file(
 
 
 def _chords(one: Tessellation) -> str:
-    return f"{len(one.triangles)} flat triangles stand for the surface; points and values at them are the surface's own"
+    return f"{len(one.triangles)} flat triangles stand for the surface; their corners lie on it"
 
 
 def _lost(one: Tessellation, suffix: str, request: Request) -> tuple[str, ...]:

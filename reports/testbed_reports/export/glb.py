@@ -10,6 +10,8 @@ from testbed_reports.export.tessellation import Tessellation
 from testbed_reports.export.vertices import distinct, shared_normals
 from testbed_reports.rendering.colouring import MISSING, OUTER, Scale, palette
 
+#: glTF's y points upwards, and ours is z: the scene turns the surface, whose positions stay what they are.
+UPRIGHT: Final = ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 #: Normals up to this far apart are one in single precision.
 AGREEMENT: Final = 1e-7
 
@@ -63,7 +65,7 @@ def glb(tessellation: Tessellation, field: Field | None, limit: float | None, re
         tree["asset"]["extras"] = extras
 
     scene = trimesh.Scene()
-    scene.add_geometry(mesh, node_name="surface", geom_name="surface")
+    scene.add_geometry(mesh, node_name="surface", geom_name="surface", transform=np.array(UPRIGHT))
     data: bytes = trimesh.exchange.gltf.export_glb(  # type: ignore[no-untyped-call]
         scene, include_normals=True, unitize_normals=False, tree_postprocessor=describe
     )
