@@ -16,7 +16,7 @@ from testbed import registry
 from testbed.errors import TestbedError
 from testbed_reports.published_table import ALL, DataStatus, check_paper, published_table
 from testbed_reports.rendering.colouring import STYLES, Style
-from testbed_reports.rendering.figure import Subject, write_figure
+from testbed_reports.rendering.figure import Additions, Subject, write_figure
 
 #: Where the pictures are in a results directory.
 FOLDER: Final = "figures"
@@ -152,8 +152,8 @@ def _draw(folder: Path, picture: Redrawn, size: int) -> Path:
         picture.style,
         size=size,
         view=picture.view,
-        edges=picture.edges,
         limit=picture.limit,
+        additions=Additions(edges=picture.edges),
         title=f"{picture.title}. {picture.paper}, {picture.place}, drawn again. {picture.remark}".strip(),
     )
 

@@ -25,6 +25,7 @@ from testbed.cli.options import (
     Studied,
     StudiedData,
 )
+from testbed.cli.rendering import render
 
 app = typer.Typer(
     name="testbed",
@@ -324,42 +325,10 @@ def costs(
     costs_command(dataset, triangles, as_json=as_json)
 
 
-@app.command(epilog="[dim]Example:[/dim]  testbed render shirman-sequin nielson -d torus --style gauss -o torus.png")
-def render(
-    schemes: Annotated[
-        list[str], typer.Argument(metavar="SCHEME...", help="Schemes, as name or name\\[field=value,...].")
-    ],
-    *,
-    dataset: Annotated[str, typer.Option("-d", "--dataset", metavar="DATASET", help="The dataset.")],
-    level: Annotated[int, typer.Option("--level", min=0, metavar="L", help="Level of the dataset.")] = 0,
-    style: Annotated[
-        str,
-        typer.Option(
-            "--style",
-            metavar="STYLE",
-            help="shaded, patches, gauss, mean, distance, isophotes, zebra, thesis or jump.",
-        ),
-    ] = "shaded",
-    view: Annotated[
-        str | None, typer.Option("--view", metavar="AZIMUTH,ELEVATION", help="Where from, in degrees, z upwards.")
-    ] = None,
-    edges: Annotated[bool | None, typer.Option("--edges/--no-edges", help="Draw the edges of patches.")] = None,
-    limit: Annotated[
-        float | None, typer.Option("--limit", help="Upper limit of the scale. Default: one that suits all pictures.")
-    ] = None,
-    size: Annotated[int, typer.Option("--size", min=64, max=4096, metavar="PIXELS", help="Side of a picture.")] = 480,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="The PNG file.")] = Path("surface.png"),
-) -> None:
-    """Draw surfaces side by side, all from one side and with one scale of colours.
-
-    Exit code 1 if a scheme refuses the data; the others are drawn.
-    """
-    from testbed.cli.rendering import Request, render_command
-
-    request = Request(tuple(schemes), dataset, level, style, view, edges, limit, size, output)
-    raise typer.Exit(render_command(request))
-
-
+app.command(
+    epilog="[dim]Example:[/dim]  testbed render shirman-sequin nielson -d torus --style gauss -o torus.png\n\n"
+    "[dim]Example:[/dim]  testbed render --curves hermite projected -d octahedron -o curves.png"
+)(render)
 app.command(epilog="[dim]Example:[/dim]  testbed diff before after --fail-on regressed")(diff)
 app.command(epilog="[dim]Example:[/dim]  testbed export nielson -d torus --level 1 --field gauss -o torus.glb")(export)
 

@@ -100,13 +100,24 @@ def palette(style: Style, count: int = 256) -> Float:
     return colours
 
 
-def coloured(style: Style, fields: Fields, sights: Sights, camera: Camera, scale: Scale, group: Int) -> Float:
+def coloured(
+    style: Style,
+    fields: Fields,
+    sights: Sights,
+    camera: Camera,
+    scale: Scale,
+    group: Int,
+    base: Float | None = None,
+) -> Float:
     """Colours (N, 3), from 0 to 1, of the places that a picture looks at.
 
     Parameters
     ----------
     group
         (N,) whole numbers that tell the colours of ``patches`` apart.
+    base
+        (N, 3) colours to be shaded in place of the usual ones, the same on both sides of the surface; for styles that
+        shade.
     """
     towards = camera.towards
     facing = dot(fields.normals, towards)
@@ -123,8 +134,9 @@ def coloured(style: Style, fields: Fields, sights: Sights, camera: Camera, scale
         height = np.arcsin(np.clip(dot(reflected, np.array(camera.axes[1])), -1.0, 1.0)) / np.pi
         colours = _bands(ZEBRA * (height + 0.5), facing)
     else:
-        base = PATCHES[group % len(PATCHES)] if style == "patches" else PALE if style == "jump" else OUTER
-        colours = _shaded(np.where((facing < 0.0)[:, None], INNER, base), normals, camera)
+        outer = PATCHES[group % len(PATCHES)] if style == "patches" else PALE if style == "jump" else OUTER
+        own = np.where((facing < 0.0)[:, None], INNER, outer) if base is None else base
+        colours = _shaded(own, normals, camera)
     known: Float = np.where(np.isfinite(colours).all(axis=-1, keepdims=True), colours, MISSING)
     return known
 

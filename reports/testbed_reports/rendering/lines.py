@@ -60,7 +60,7 @@ def edge_lines(surface: Surface, camera: Camera, facets: Facets, buffer: Buffer)
     angle[edges.boundary] = np.nan
     screen = camera.screen(points.reshape(-1, 3), size).reshape(len(edges), PIECES + 1, 3)
     between = 0.5 * (screen[:, 1:] + screen[:, :-1])
-    seen = in_front(between, buffer)
+    seen = _before_all(between, buffer)
     shown = _Shown.of(facets, camera, buffer)
     for sides, normals in ((edges.left, left), (edges.right, right)):
         seen |= _beside(between, sides, dot(normals, camera.towards), shown, buffer)
@@ -70,12 +70,19 @@ def edge_lines(surface: Surface, camera: Camera, facets: Facets, buffer: Buffer)
 
 
 def in_front(screen: Float, buffer: Buffer) -> Bool:
+    """(...) true where points (..., 3) in pixels are not behind what their samples see."""
+    with np.errstate(invalid="ignore"):
+        seen: Bool = screen[..., 2] >= buffer.depth[_samples(screen, buffer)] - BEHIND
+    return seen
+
+
+def _before_all(screen: Float, buffer: Buffer) -> Bool:
     """(...) true where nothing is seen before points (..., 3) in pixels, in their samples or those next to them."""
     depth = np.pad(buffer.depth, 1, constant_values=-np.inf)
     count = len(buffer.depth)
     most = np.maximum.reduce([depth[i : i + count, j : j + count] for i in range(3) for j in range(3)])
-    row, column = _samples(screen, buffer)
-    seen: Bool = screen[..., 2] >= most[row, column] - BEHIND
+    with np.errstate(invalid="ignore"):
+        seen: Bool = screen[..., 2] >= most[_samples(screen, buffer)] - BEHIND
     return seen
 
 

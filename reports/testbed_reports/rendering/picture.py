@@ -23,7 +23,7 @@ from testbed_reports.rendering.colouring import (
 from testbed_reports.rendering.facets import facets_of
 from testbed_reports.rendering.fields import Fields, fields
 from testbed_reports.rendering.lines import Lines, edge_lines
-from testbed_reports.rendering.visibility import Sights, rasterise, sights
+from testbed_reports.rendering.visibility import Buffer, Sights, rasterise, sights
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,8 @@ class Look:
         (N,) which of the colours of ``patches`` each has: 0 on faces, 1 beside them, 2 and 3 for further kinds.
     lines
         The visible edges of patches.
+    buffer
+        The z-buffer, or None where the picture is not to be drawn on.
     """
 
     camera: Camera
@@ -49,6 +51,7 @@ class Look:
     fields: Fields
     group: Int
     lines: Lines
+    buffer: Buffer | None = None
 
 
 def look(
@@ -75,12 +78,18 @@ def look(
     seen = sights(facets, buffer, weights, every_sample=style in STRIPED)
     values = fields(surface, seen, curved=style in CURVED, exact=exact if style in EXACT else None)
     kinds = np.array([0 if part.batch.sides == surface.mesh.sides else 1 for part in surface.parts])
-    return Look(camera, seen, values, kinds[seen.part], edge_lines(surface, camera, facets, buffer))
+    return Look(camera, seen, values, kinds[seen.part], edge_lines(surface, camera, facets, buffer), buffer)
 
 
-def pixels(one: Look, style: Style, scale: Scale) -> Float:
-    """Return the picture, (size, size, 3) from 0 to 1."""
-    colours = coloured(style, one.fields, one.sights, one.camera, scale, one.group)
+def pixels(one: Look, style: Style, scale: Scale, base: Float | None = None) -> Float:
+    """Return the picture, (size, size, 3) from 0 to 1.
+
+    Parameters
+    ----------
+    base
+        Colours (N, 3) of the places that are seen, to be shaded in place of the usual ones.
+    """
+    colours = coloured(style, one.fields, one.sights, one.camera, scale, one.group, base)
     size = one.sights.size
     share = np.bincount(one.sights.pixel, weights=one.sights.share, minlength=size * size)
     image = (1.0 - share)[:, None] * BACKGROUND
@@ -90,6 +99,15 @@ def pixels(one: Look, style: Style, scale: Scale) -> Float:
         )
     whole: Float = image.reshape(size, size, 3).clip(0.0, 1.0)
     return whole
+
+
+def tinted(seen: Sights, colours: Sequence[Float]) -> Float:
+    """Colours (N, 3) of the places that are seen, from those of the patches of each part, (P, 3)."""
+    result = np.empty((len(seen), 3))
+    for index, own in enumerate(colours):
+        mine = seen.part == index
+        result[mine] = own[seen.patch[mine]]
+    return result
 
 
 def common_scale(looks: Sequence[Look], style: Style) -> Scale:
