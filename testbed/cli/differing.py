@@ -65,9 +65,9 @@ def diff(
         sys.stdout.write("\n")
     else:
         console = wide()
-        console.print(f"{old} -> {new}: {found.sentence()}", markup=False)
+        console.print(f"{old} -> {new}: {found.sentence()}", markup=False, soft_wrap=True)
         for note in found.notes:
-            console.print(note, markup=False)
+            console.print(note, markup=False, soft_wrap=True)
         groups = _grouped(found.differences)
         if groups and rows:
             console.print()
