@@ -39,7 +39,7 @@ class HtmlPage(Report):
 
         path = directory / NAME
         results = read_results(directory)
-        write_whole(path, render(view(results), scenes(results, directory)))
+        write_whole(path, render(view(results), scenes(results)))
         return (path,)
 
 

@@ -51,7 +51,9 @@ def shown_level(grid: Grid, dataset: str) -> int:
     return min((level for level, count in counts.items() if count >= NEARLY * most), default=0)
 
 
-def shown_surfaces(results: Results, dataset: str, level: int | None = None) -> Iterator[ShownSurface]:
+def shown_surfaces(
+    results: Results, dataset: str, level: int | None = None, sources: Sources | None = None
+) -> Iterator[ShownSurface]:
     """Yield the surfaces of all schemes on a dataset, one by one, in the order of the plan.
 
     Parameters
@@ -62,11 +64,13 @@ def shown_surfaces(results: Results, dataset: str, level: int | None = None) -> 
         Text of a dataset of the plan.
     level
         The level; None for :func:`shown_level`.
+    sources
+        Source hashes, to be shared by several datasets; None to read the files again.
     """
     grid = Grid.of(results)
     chosen = shown_level(grid, dataset) if level is None else level
     cells = {(one.scheme, one.dataset, one.level) for one in results.plan.cells}
-    sources = Sources()
+    sources = sources or Sources()
     planned = next(one for one in results.plan.datasets if one.spec == dataset)
     try:
         registered = registry.dataset(dataset)

@@ -23,6 +23,8 @@ from testbed_reports.viewer.samples import SampledSurface
 
 LARGEST: Final = 65_534
 ABSENT: Final = 65_535
+#: Whole numbers are not closer together than this, in units and in shares of a surface's size: rounding is not stored.
+FINEST: Final = 1e-7
 
 Code: TypeAlias = NDArray[np.int64]
 
@@ -116,6 +118,7 @@ def packed(surface: SampledSurface, units: Mapping[str, float]) -> Packed:
     """
     points = surface.points
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
+    high = np.maximum(high, low + FINEST * float((high - low).max()) * LARGEST)
     ranges = {name: found for name, unit in units.items() if (found := _range(surface.values(name), unit)) is not None}
     pieces: list[Code] = []
     parts = []
@@ -153,7 +156,8 @@ def _range(values: Float, unit: float) -> list[float] | None:
     known = values[np.isfinite(values)]
     if not len(known):
         return None
-    return [float(np.arcsinh(known.min() / unit)), float(np.arcsinh(known.max() / unit)), unit]
+    low, high = float(np.arcsinh(known.min() / unit)), float(np.arcsinh(known.max() / unit))
+    return [low, max(high, low + FINEST * LARGEST), unit]
 
 
 def _coded(values: Float, span: Sequence[float]) -> Code:

@@ -92,7 +92,8 @@ def scene_data(scene: Scene, number: int) -> dict[str, Any]:
         "view": dict(scene.view),
         "scales": {name: list(limits) for name, limits in scene.scales.items()},
         "surfaces": [
-            {"scheme": card.scheme, "data": data_id(number, place), **(card.about or {})}
+            {"scheme": card.scheme, "data": data_id(number, place), "extremes": dict(card.extremes)}
+            | dict(card.about or {})
             for place, card in enumerate(scene.shown)
         ],
     }
@@ -124,4 +125,4 @@ def gradient(style: Style = STILL, stops: int = 17) -> str:
 def legend(scene: Scene) -> tuple[str, str] | None:
     """Return the limits of a scene's still pictures as text; None where they have no values."""
     limits = scene.scales.get(STILL)
-    return None if limits is None else (f"{limits[0]:.3g}".replace("-", "−"), f"{limits[1]:.3g}")
+    return None if limits is None else (f"{limits[0]:.3g}".replace("-", "\N{MINUS SIGN}"), f"{limits[1]:.3g}")

@@ -1,14 +1,16 @@
 """What the viewers of a page show: for each dataset its surfaces, packed, with scales that all of them share."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
 
+from testbed.geometry.domain import lattice
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, norm
 from testbed.harness.results import Results
+from testbed.harness.sources import Sources
 from testbed_reports.formatting import shorten
 from testbed_reports.grid import Grid, Row, is_ok
 from testbed_reports.rendering.camera import Camera, turned
@@ -16,18 +18,23 @@ from testbed_reports.rendering.colouring import Scale, Style, rounded_up
 from testbed_reports.rendering.figure import SMOOTH_DEG
 from testbed_reports.shown_surfaces import ShownSurface, shown_level, shown_surfaces
 from testbed_reports.viewer.encoding import packed
-from testbed_reports.viewer.samples import SampledSurface, sampled, steps_for
+from testbed_reports.viewer.samples import SampledSurface, sampled
 from testbed_reports.viewer.stills import still
 
 #: Characters that the packed surfaces of a page are to take together, about.
 BUDGET: Final = 12_000_000
-#: Characters that a triangle takes: of surfaces without symmetry about 15 a sample point, 1.5 triangles a point.
-EACH: Final = 10.0
+#: Characters that a sample point and an angle on an edge take, of surfaces without symmetry; others take a tenth.
+EACH_POINT: Final = 13.0
+EACH_ANGLE: Final = 2.0
+#: Least and most steps that the sides of a patch are divided into.
+STEPS: Final = (2, 32)
 #: Most triangles of a surface, and most patches, beyond which a surface is left to ``testbed render``.
 TRIANGLES: Final = 20_000
 PATCHES: Final = 20_000
 #: Points farther from the mesh's centre than this times its radius are not made room for.
 ROOM: Final = 1.6
+#: Lengths up to this share of the mesh's size are rounding, in distances and in the bending that curvature tells of.
+ROUNDING: Final = 1e-9
 #: Which results mark a place: field, name of what is extreme, column, stem of the columns of the place.
 EXTREMES: Final = (
     ("gauss", "largest K", "gauss_max", "gauss_max"),
@@ -37,6 +44,8 @@ EXTREMES: Final = (
     ("distance", "largest distance", "distance_max", "distance_max"),
     ("jump", "largest normal jump", "epsilon_deg", "epsilon"),
 )
+#: Fields that have a least and a largest value, and their letters.
+RANGES: Final = {"gauss": "K", "mean": "H"}
 #: Fields with a scale of their own.
 MAPS: Final[tuple[Style, ...]] = ("gauss", "mean", "distance")
 #: The map that still pictures show.
@@ -60,7 +69,7 @@ class Card:
     still
         Address of its picture.
     extremes
-        Least and largest Gaussian curvature of the results, in words; may be empty.
+        By field, how far the results say that it goes, in words.
     triangles
         How many it is drawn with.
     """
@@ -71,7 +80,7 @@ class Card:
     data: str = ""
     about: Mapping[str, Any] | None = None
     still: str = ""
-    extremes: str = ""
+    extremes: Mapping[str, str] = field(default_factory=dict)
     triangles: int = 0
 
 
@@ -119,9 +128,19 @@ class Scene:
         return sum(len(card.data) for card in self.cards)
 
 
-def triangles_for(surfaces: int, budget: int = BUDGET) -> int:
-    """Return how many triangles each of some surfaces may have for all of them to stay within a budget, about."""
-    return int(min(TRIANGLES, budget / EACH / max(surfaces, 1)))
+def steps_for(surface: Surface, characters: float) -> int:
+    """Return the steps of the lattices that fill so many characters, as far as ``STEPS`` and ``TRIANGLES`` allow."""
+    sides = [part.batch.sides for part in surface.parts]
+    counts = [len(part.batch) for part in surface.parts]
+    best = STEPS[0]
+    for steps in range(STEPS[0] + 1, STEPS[1] + 1):
+        triangles = sum(count * (side - 2) for count, side in zip(counts, sides, strict=True)) * steps**2
+        points = sum(count * len(lattice(side, steps)) for count, side in zip(counts, sides, strict=True))
+        taken = EACH_POINT * points + EACH_ANGLE * len(surface.edges) * (steps + 1)
+        if triangles > TRIANGLES or taken > characters:
+            break
+        best = steps
+    return best
 
 
 def surface_count(grid: Grid) -> int:
@@ -129,11 +148,23 @@ def surface_count(grid: Grid) -> int:
     return sum(is_ok(row) for dataset in grid.datasets for row in grid.at(dataset, shown_level(grid, dataset)))
 
 
-def scene(results: Results, dataset: str, triangles: int) -> Scene:
-    """Return the surfaces of a dataset, each of about so many triangles."""
+def scene(results: Results, dataset: str, characters: float, sources: Sources | None = None) -> Scene:
+    """Return the surfaces of a dataset.
+
+    Parameters
+    ----------
+    results
+        The results; those of the dataset are enough.
+    dataset
+        Its text.
+    characters
+        What each packed surface may take, about.
+    sources
+        Source hashes, if they are known.
+    """
     grid = Grid.of(results)
     level = shown_level(grid, dataset)
-    found = list(shown_surfaces(results, dataset, level))
+    found = list(shown_surfaces(results, dataset, level, sources))
     surfaces: dict[str, SampledSurface] = {}
     reasons = {one.scheme: one.reason for one in found}
     for one in found:
@@ -144,10 +175,10 @@ def scene(results: Results, dataset: str, triangles: int) -> Scene:
                 f"{one.surface.patch_count} patches are too many for a page: `testbed render` draws it"
             )
         else:
-            surfaces[one.scheme] = sampled(one.surface, steps_for(one.surface, triangles), one.exact)
+            surfaces[one.scheme] = sampled(one.surface, steps_for(one.surface, characters), one.exact)
     samples = list(surfaces.values())
-    scales = _scales(samples)
     camera, view = _view(found, samples)
+    scales = _scales(samples, view["radius"])
     cards = []
     for one in found:
         position = grid.schemes.index(one.scheme)
@@ -165,25 +196,24 @@ def scene(results: Results, dataset: str, triangles: int) -> Scene:
                 pack.text,
                 {**pack.about, **about},
                 still(mine, camera, STILL, Scale(*scales.get(STILL, (-1.0, 1.0)))),
-                _extremes(row),
+                extremes(row),
                 mine.triangles,
             )
         )
     return Scene(dataset, level, tuple(cards), scales, view)
 
 
-def _scales(samples: Sequence[SampledSurface]) -> dict[str, tuple[float, float]]:
-    """Limits that suit all surfaces together."""
+def _scales(samples: Sequence[SampledSurface], size: float) -> dict[str, tuple[float, float]]:
+    """Limits that suit all surfaces together, of meshes of some size; never so narrow that rounding shows."""
+    least = {"gauss": ROUNDING / size**2, "mean": ROUNDING / size, "distance": ROUNDING * size, "jump": SMOOTH_DEG}
     result: dict[str, tuple[float, float]] = {}
     for name in (*MAPS, "jump"):
         values = np.concatenate([np.empty(0), *(one.values(name) for one in samples)])
         if not np.isfinite(values).any():
             continue
-        if name == "jump":
-            result[name] = (0.0, max(rounded_up(float(np.nanmax(values))), 10.0 * SMOOTH_DEG))
-        else:
-            scale = Scale.of(name, values)
-            result[name] = (scale.low, scale.high)
+        scale = Scale(0.0, rounded_up(float(np.nanmax(values)))) if name == "jump" else Scale.of(name, values)
+        limit = max(scale.high, rounded_up(least[name]))
+        result[name] = (-limit if scale.low < 0.0 else 0.0, limit)
     return result
 
 
@@ -206,27 +236,34 @@ def _view(found: Sequence[ShownSurface], samples: Sequence[SampledSurface]) -> t
 
 
 def _marks(surface: Surface, row: Row) -> list[dict[str, Any]]:
-    """Return the places of the extremes in the results, as points."""
+    """Return the places of the extremes in the results, as points; of what is the same everywhere there are none."""
     marks = []
-    for field, name, column, stem in EXTREMES:
+    for name, words, column, stem in EXTREMES:
         value, face, place = (row.get(key) for key in (column, f"{stem}_face", f"{stem}_bary"))
         if value is None or face is None or int(face) < 0 or not place:
             continue
-        bary = [float(text) for text in str(place).split(";")]
-        (point,) = surface.evaluate(np.array([int(face)]), np.array([bary]), 0).f
-        marks.append(
-            {
-                "field": field,
-                "name": name,
-                "value": float(value),
-                "point": point.tolist(),
-                "face": int(face),
-                "place": bary,
-            }
-        )
+        if name in RANGES and row.get(f"{name}_min") == row.get(f"{name}_max"):
+            continue
+        at = [float(text) for text in str(place).split(";")]
+        (point,) = surface.evaluate(np.array([int(face)]), np.array([at]), 0).f
+        found = {"field": name, "name": words, "value": float(value), "face": int(face), "point": point.tolist()}
+        marks.append(found)
     return marks
 
 
-def _extremes(row: Row) -> str:
-    low, high = row.get("gauss_min"), row.get("gauss_max")
-    return "" if low is None or high is None else f"K from {shorten(float(low))} to {shorten(float(high))}"
+def extremes(row: Row) -> dict[str, str]:
+    """Return by field how far it goes in the results, in words."""
+    result = {}
+    for name, letter in RANGES.items():
+        low, high = row.get(f"{name}_min"), row.get(f"{name}_max")
+        if low is not None and high is not None:
+            result[name] = f"{letter} from {_text(low)} to {_text(high)}"
+    if row.get("distance_max") is not None:
+        result["distance"] = f"distance up to {_text(row['distance_max'])}"
+    if row.get("epsilon_deg") is not None:
+        result["jump"] = f"normal jump up to {_text(row['epsilon_deg'])}°"
+    return result
+
+
+def _text(value: Any) -> str:
+    return shorten(float(value)).replace("-", "\N{MINUS SIGN}")

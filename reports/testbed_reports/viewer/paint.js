@@ -277,7 +277,7 @@ class Painter {
     const { gl, settings, line: program } = this;
     this.use(program, {
       ...seen,
-      widths: [1.1 * ratio, 2.6 * ratio],
+      widths: [1.1, 2.6].map((wide) => wide * ratio * Math.max(0.6, Math.min(1.2, Math.min(width, height) / ratio / 280))),
       pixel: [2 / width, 2 / height],
       widest: look.style === "jump" ? look.limits[1] : 1,
       smooth_deg: settings.smoothDeg,

@@ -13,8 +13,6 @@ from testbed.geometry.patches import PatchBatch
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Bool, Float, Int, angle_between, norm
 
-#: Least and most steps that the sides of a patch are divided into.
-STEPS: Final = (2, 32)
 #: Points evaluated at once.
 CHUNK: Final = 16_384
 #: Share of the way to the middle of a patch that a place moves where the patch has no normal or curvature.
@@ -90,12 +88,6 @@ class SampledSurface:
     def triangles(self) -> int:
         """How many triangles the lattices make."""
         return sum(len(part.faces) * (part.sides - 2) for part in self.parts) * self.steps**2
-
-
-def steps_for(surface: Surface, triangles: float) -> int:
-    """Return the steps of the lattices that make about so many triangles, as far as ``STEPS`` allow."""
-    squares = sum(len(part.batch) * (part.batch.sides - 2) for part in surface.parts)
-    return int(np.clip(np.sqrt(triangles / max(squares, 1)), *STEPS))
 
 
 def sampled(surface: Surface, steps: int, exact: ExactSurface | None = None) -> SampledSurface:

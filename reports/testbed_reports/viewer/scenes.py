@@ -1,11 +1,16 @@
 """The scenes of a page, computed in worker processes where there are many surfaces."""
 
-from pathlib import Path
+import contextlib
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
-from testbed.harness.results import Results, read_results
+from testbed import registry
+from testbed.errors import TestbedError
+from testbed.harness.results import Results
+from testbed.harness.sources import Sources
 from testbed_reports.grid import Grid
-from testbed_reports.viewer.model import Card, Scene, scene, surface_count, triangles_for
+from testbed_reports.viewer.model import BUDGET, Card, Scene, scene, surface_count
 
 #: Up to so many surfaces are made here: workers take seconds to start.
 FEW: Final = 24
@@ -13,36 +18,60 @@ FEW: Final = 24
 LIMIT: Final = 600.0
 
 
-def scenes(results: Results, directory: Path | None = None, jobs: int | None = None) -> tuple[Scene, ...]:
+def scenes(results: Results, jobs: int | None = None) -> tuple[Scene, ...]:
     """Return a scene for each dataset of the plan, the same however many processes make them.
 
     Parameters
     ----------
     results
         The results.
-    directory
-        Where they were read from, for workers to read them again; None to work here.
     jobs
-        Worker processes; None for one a processor.
+        Worker processes; None for one a processor where there are many surfaces, else this one.
     """
+    from testbed.harness.run import processors
+
     grid = Grid.of(results)
     count = surface_count(grid)
-    each = triangles_for(count)
-    if directory is None or count <= FEW:
-        return tuple(scene(results, dataset, each) for dataset in grid.datasets)
-    return _in_workers(grid, directory, each, jobs)
+    each = BUDGET / max(count, 1)
+    sources = _known(results)
+    parts = [part_of(results, dataset) for dataset in grid.datasets]
+    if jobs is None:
+        jobs = 1 if count <= FEW else processors()
+    if jobs == 1:
+        return tuple(scene(part, dataset, each, sources) for part, dataset in zip(parts, grid.datasets, strict=True))
+    return _in_workers(grid, parts, each, sources, jobs)
 
 
-def scene_of(directory: Path, dataset: str, triangles: int) -> Scene:
-    """Return a scene of the results in a directory; runs in a worker."""
-    return scene(read_results(directory), dataset, triangles)
+def part_of(results: Results, dataset: str) -> Results:
+    """Return the results of one dataset, all schemes in their places."""
+    cells = tuple(cell for cell in results.plan.cells if cell.dataset == dataset)
+    return replace(
+        results,
+        plan=replace(results.plan, cells=cells),
+        cells=results.cells[results.cells["dataset"] == dataset],
+        orders=results.orders[:0],
+        claims=results.claims[:0],
+        run={},
+        tracebacks={},
+        missing=(),
+    )
 
 
-def _in_workers(grid: Grid, directory: Path, triangles: int, jobs: int | None) -> tuple[Scene, ...]:
-    from testbed.harness.run import processors
+def _known(results: Results) -> Sources:
+    """Return the source hashes of all plugins of the plan that exist: every process would read the same files."""
+    sources = Sources()
+    for find, planned in ((registry.scheme, results.plan.schemes), (registry.dataset, results.plan.datasets)):
+        for one in planned:
+            with contextlib.suppress(TestbedError):  # who looks for its surfaces will say why there are none
+                sources.content(find(one.spec))
+    return sources
+
+
+def _in_workers(grid: Grid, parts: Sequence[Results], each: float, sources: Sources, jobs: int) -> tuple[Scene, ...]:
     from testbed.harness.workers import Died, Returned, TimedOut, Workers
 
-    waiting = list(enumerate(grid.datasets))
+    # the longest first
+    waiting = sorted(range(len(parts)), key=lambda number: -len(parts[number].plan.cells))
     made: dict[int, Scene] = {}
 
     def without(number: int, reason: str) -> Scene:
@@ -50,11 +79,11 @@ def _in_workers(grid: Grid, directory: Path, triangles: int, jobs: int | None) -
         planned = [(p, one) for p, one in enumerate(grid.schemes) if grid.planned(one, dataset)]
         return Scene(dataset, 0, tuple(Card(position, one, reason) for position, one in planned), {}, {})
 
-    with Workers(min(jobs or processors(), len(waiting)), LIMIT) as workers:
+    with Workers(min(jobs, len(parts)), LIMIT) as workers:
         while waiting or workers.tasks:
             while waiting and workers.free > 0:
-                number, dataset = waiting.pop(0)
-                workers.submit(number, scene_of, directory, dataset, triangles)
+                number = waiting.pop(0)
+                workers.submit(number, scene, parts[number], grid.datasets[number], each, sources)
             for outcome in workers.wait(1.0):
                 match outcome:
                     case Returned(task=number, value=value):
@@ -63,4 +92,4 @@ def _in_workers(grid: Grid, directory: Path, triangles: int, jobs: int | None) -
                         made[number] = without(number, f"its surfaces take more than {LIMIT:g} s")
                     case Died(task=number, reason=reason):
                         made[number] = without(number, reason)
-    return tuple(made[number] for number in range(len(grid.datasets)))
+    return tuple(made[number] for number in range(len(parts)))

@@ -18,7 +18,7 @@ from testbed_reports.rendering.visibility import GRID, Sights, rasterise
 from testbed_reports.viewer.samples import SampledSurface
 
 #: Pixels along a side, and colours of a picture.
-SIZE: Final = 200
+SIZE: Final = 160
 COLOURS: Final = 64
 
 

@@ -2,7 +2,7 @@
 
 const FIELDS = { gauss: "gauss", mean: "mean", distance: "distance", thesis: "gauss" };
 const DRAG = 0.45; // degrees a pixel
-const still = (text) => document.documentElement.setAttribute("data-viewer", text);
+const tell = (text) => document.documentElement.setAttribute("data-viewer", text);
 
 class Scene {
   constructor(element, about, painter, settings) {
@@ -75,8 +75,8 @@ class Scene {
     const limits = this.limits();
     Object.assign(this.look, { field, limits, palette: style, extremes: field || (style === "jump" ? "jump" : "gauss") });
     const about = this.settings.styles.find(({ name }) => name === style);
-    this.legend.hidden = !limits;
-    this.element.querySelector(".limits").hidden = !limits || style === "thesis";
+    this.legend.classList.toggle("off", !limits);
+    this.element.querySelector(".limits").classList.toggle("off", !limits || style === "thesis");
     if (limits) {
       const row = this.settings.palettes.indexOf(style);
       const context = this.bar.getContext("2d");
@@ -90,8 +90,10 @@ class Scene {
       this.ticks.replaceChildren(...[limits[0], middle, limits[1]].map((value) => make("span", {}, short(value, 3))));
     }
     const beyond = limits && style !== "jump" ? " The same limits on all surfaces; striped: beyond them." : "";
-    const marks = this.look.marks && this.cards.some((card) => card.about.marks.some((mark) => mark.field === this.look.extremes))
-      ? " ▲ ▼ largest and smallest of the results, pale where hidden." : "";
+    const names = new Set(this.cards.flatMap((card) => card.about.marks).filter((mark) => mark.field === this.look.extremes).map((mark) => mark.name));
+    const marks = this.look.marks && names.size
+      ? ` ${[...names].map((name) => `${name.startsWith("smallest") ? "▼" : "▲"} ${name}`).join(", ")} of the results, pale where hidden.` : "";
+    for (const card of this.cards) card.say(this.look.extremes);
     this.caption.textContent = about.caption + beyond + marks;
     this.redraw();
   }
@@ -135,7 +137,7 @@ class Scene {
       const visible = this.cards.filter((card) => card.visible);
       if (visible.length && visible.every((card) => card.surface)) {
         this.element.setAttribute("data-ready", "");
-        still("ready");
+        tell("ready");
       }
     });
   }
@@ -152,6 +154,16 @@ class Card {
     this.mouse();
     new ResizeObserver(() => scene.redraw([this])).observe(element.querySelector(".picture"));
     new IntersectionObserver((entries) => this.see(entries.at(-1).isIntersecting), { rootMargin: "250px" }).observe(element);
+  }
+
+  /** Say how far a field goes in the results. */
+  say(field) {
+    let line = this.element.querySelector(".extremes");
+    if (!line) {
+      line = make("span", { class: "extremes" });
+      this.element.querySelector(".name").after(line);
+    }
+    line.textContent = this.about.extremes[field] || "";
   }
 
   get camera() {
@@ -307,10 +319,10 @@ function startViewers() {
   settings.texels = Uint8Array.from(atob(settings.texels), (letter) => letter.charCodeAt(0));
   const painter = "DecompressionStream" in window && "IntersectionObserver" in window ? Painter.make(settings) : null;
   if (!painter) {
-    still("pictures");
+    tell("pictures");
     return;
   }
-  still("starting");
+  tell("starting");
   window.addEventListener("scroll", () => { lastScroll = performance.now(); }, { passive: true, capture: true });
   const scenes = [];
   painter.canvas.addEventListener("webglcontextlost", (event) => {
