@@ -1,4 +1,4 @@
-"""Scenes of a page: limits that surfaces share, places of extremes, reasons, bounded size, the same by any processes."""
+"""Scenes of a page: limits that surfaces share, places of extremes, reasons, bounded size, any number of processes."""
 
 import base64
 import io

@@ -47,10 +47,11 @@ function sortable(table) {
 
 function filterable(table) {
   const rows = [...table.tBodies[0].rows];
-  const texts = rows.map((row) => row.textContent.toLowerCase());
+  let texts = null;
   const count = make("span", { class: "count", role: "status" });
   const input = make("input", { type: "search", placeholder: "filter rows", "aria-label": `Filter the rows of: ${table.caption ? table.caption.textContent.slice(0, 80) : "table"}`,
     input: () => {
+      texts ||= rows.map((row) => row.textContent.toLowerCase());
       const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
       rows.forEach((row, k) => { row.hidden = !words.every((word) => texts[k].includes(word)); });
       count.textContent = words.length ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : "";
@@ -152,6 +153,7 @@ function walkable(table, bar) {
 }
 
 function startTables() {
+  document.documentElement.setAttribute("data-scripts", "");
   const run = JSON.parse(document.getElementById("run-data").textContent);
   const bar = new CommandBar(run);
   for (const table of document.querySelectorAll("main table")) {
