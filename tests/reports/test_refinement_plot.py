@@ -17,7 +17,9 @@ from testbed_reports.refinement_plot import (
     LEVELS,
     draw_history,
     draw_refinement,
+    drawn_surface,
     level_colours,
+    level_map,
     write_history_plot,
     write_refinement_plot,
 )
@@ -39,6 +41,7 @@ def test_the_legend_counts_the_faces_of_each_level_in_the_level_s_colour() -> No
     legend = legend_of(draw_refinement(one, "a title"))
     counts = np.bincount(one.levels.faces)
     present = np.flatnonzero(counts)
+    assert legend.get_title().get_text() == "level: faces"
     assert [text.get_text() for text in legend.get_texts()] == [f"{level}: {counts[level]}" for level in present]
     shown = [to_rgb(patch.get_facecolor()) for patch in legend.get_patches()]
     assert np.abs(np.array(shown) - level_colours()[present]).max() < 1e-12
@@ -48,6 +51,14 @@ def test_colours_of_levels_are_told_apart_by_their_lightness() -> None:
     lightness = level_colours() @ np.array([0.2126, 0.7152, 0.0722])
     assert len(lightness) == LEVELS
     assert np.diff(lightness).min() > 0.05
+
+
+def test_patches_have_the_colours_of_their_faces_levels() -> None:
+    one = found("graph", "shirman-sequin", 3)
+    surface = drawn_surface(one)
+    (colours,) = level_map(one, surface)
+    assert len(np.unique(one.levels.faces)) > 1
+    np.testing.assert_array_equal(colours, np.repeat(level_colours()[one.levels.faces], 3, axis=0))
 
 
 def test_closed_surfaces_are_shown_from_both_sides_and_open_ones_from_one() -> None:

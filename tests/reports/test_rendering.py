@@ -15,7 +15,7 @@ from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float, cross, dot, norm
 from testbed_reports.rendering.camera import MARGIN, Camera
 from testbed_reports.rendering.colouring import BACKGROUND, INNER, MISSING, Scale, Style, palette, rounded_up
-from testbed_reports.rendering.facets import facets_of, lattice_facets, steps_of
+from testbed_reports.rendering.facets import Facets, facets_of, lattice_facets, steps_of
 from testbed_reports.rendering.fields import Fields
 from testbed_reports.rendering.figure import Subject, write_figure
 from testbed_reports.rendering.lines import PIECES
@@ -69,9 +69,51 @@ def test_the_silhouette_of_a_sphere_is_a_disc_within_the_margin() -> None:
     assert seen.sum() == pytest.approx(np.pi * radius**2, rel=2e-3)
     row, column = np.nonzero(seen)
     assert np.hypot(row + 0.5 - 0.5 * GRID * SIZE, column + 0.5 - 0.5 * GRID * SIZE).max() < radius + 0.1
-    assert (np.isnan(weights).any(axis=-1) == ~seen).all()
-    assert weights[seen].min() >= 0.0
-    np.testing.assert_allclose(weights[seen].sum(axis=-1), 1.0, rtol=0, atol=1e-12)
+    all_rows, all_columns = np.indices(seen.shape)
+    everywhere = weights[all_rows, all_columns]
+    assert (np.isnan(everywhere).any(axis=-1) == ~seen).all()
+    assert everywhere[seen].min() >= 0.0
+    np.testing.assert_allclose(everywhere[seen].sum(axis=-1), 1.0, rtol=0, atol=1e-12)
+
+
+def test_samples_see_the_nearest_of_all_triangles_over_them() -> None:
+    # triangles in all positions, large and small, facing both ways, one without an area
+    rng = np.random.default_rng(5)
+    count = 300
+    points = rng.uniform(-1.0, 1.0, (count, 1, 3)) + rng.normal(size=(count, 3, 3)) * rng.uniform(
+        0.01, 0.7, (count, 1, 1)
+    )
+    points[7, 2] = points[7, 1]
+    corners = np.arange(3 * count).reshape(-1, 3)
+    patch = np.arange(count)
+    facets = Facets(points.reshape(-1, 3), corners, 0 * patch, patch, np.zeros((count, 3, 2)))
+    camera = Camera.around(facets.points, 10.0, 70.0)
+    size = 40
+    buffer, weights = rasterise(facets, camera, size)
+    screen = camera.screen(facets.points, GRID * size)[corners]
+    row, column = np.indices((GRID * size, GRID * size))
+    place = np.stack([column + 0.5, row + 0.5], axis=-1)
+    a, b, c = (screen[:, i, :2] for i in range(3))
+
+    def turn(p: Float, q: Float, r: Float) -> Float:
+        result: Float = (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (
+            r[..., 0] - p[..., 0]
+        )
+        return result
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        area = turn(a, b, c)
+        shares = np.stack(
+            [turn(b, c, place[:, :, None]), turn(c, a, place[:, :, None]), turn(a, b, place[:, :, None])], -1
+        )
+        shares /= area[:, None]
+        depth = np.where((shares >= 0.0).all(axis=-1), (shares * screen[:, :, 2]).sum(axis=-1), -np.inf)
+    nearest = depth.max(axis=-1)
+    np.testing.assert_array_equal(buffer.facet, np.where(np.isfinite(nearest), depth.argmax(axis=-1), -1))
+    known = np.isfinite(nearest)
+    np.testing.assert_allclose(buffer.depth[known] * GRID, nearest[known], rtol=0, atol=1e-6)
+    own = np.take_along_axis(shares, buffer.facet[..., None, None], axis=2)[:, :, 0]
+    np.testing.assert_allclose(weights[row, column][known], own[known], rtol=0, atol=1e-9)
 
 
 def test_what_is_nearer_hides_what_is_farther_whatever_the_order() -> None:

@@ -135,8 +135,11 @@ def coloured(
         colours = _bands(ZEBRA * (height + 0.5), facing)
     else:
         outer = PATCHES[group % len(PATCHES)] if style == "patches" else PALE if style == "jump" else OUTER
-        own = np.where((facing < 0.0)[:, None], INNER, outer) if base is None else base
-        colours = _shaded(own, normals, camera)
+        if base is None:
+            colours = _shaded(np.where((facing < 0.0)[:, None], INNER, outer), normals, camera)
+        else:
+            # colours that mean something are to be told apart in the shade too
+            colours = base * (0.66 + 0.34 * dot(normals, _light(camera)).clip(0.0))[:, None]
     known: Float = np.where(np.isfinite(colours).all(axis=-1, keepdims=True), colours, MISSING)
     return known
 

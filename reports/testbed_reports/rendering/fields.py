@@ -33,6 +33,10 @@ class Fields:
     mean: Float
     distance: Float
 
+    def some(self, chosen: slice) -> "Fields":
+        """Return the values at some of the places."""
+        return Fields(self.normals[chosen], self.gauss[chosen], self.mean[chosen], self.distance[chosen])
+
 
 def fields(surface: Surface, sights: Sights, *, curved: bool = True, exact: ExactSurface | None = None) -> Fields:
     """Evaluate a surface where pixels look.

@@ -83,14 +83,15 @@ class Additions:
         Whether control nets are drawn, where patches have any.
     extremes
         Whether the largest and the smallest curvature are marked, where the style shows curvature.
-    key
-        Colours with their names, for pictures with colours of their own.
+    key, heading
+        Colours with their names, for pictures with colours of their own, and what stands above them.
     """
 
     edges: bool | Literal["mesh"] | None = None
     net: bool = False
     extremes: bool = False
     key: tuple[Key, ...] = ()
+    heading: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +193,7 @@ def draw_figure(seen: Sequence[Panel], *, columns: int, title: str, additions: A
     side, strip = seen[0].look.sights.size / DPI, _strip(seen)
     tall = (strip[1] - strip[0]) / DPI
     beside = BESIDE if additions.key or any(one.style in KEYED for one in seen) else 0.0
-    lines = textwrap.wrap(title, _letters(columns * side + beside))
+    lines = [line for part in title.split("\n") for line in textwrap.wrap(part, _letters(columns * side + beside))]
     head = 0.12 + 0.2 * len(lines)
     width, height = columns * side + beside, rows * (tall + ABOVE + BELOW) + head
     figure = Figure(figsize=(width, height))
@@ -239,10 +240,8 @@ def _legends(
             bar = min(room - 0.35 * (len(here) > 1), 3.0)
             middle = top + row * period + (place_in_row + 0.5) * room
             box = ((left + 0.22) / width, 1.0 - (middle + 0.5 * bar) / height, 0.16 / width, bar / height)
-            key = additions.key if one.subject.colours is not None else ()
-            draw_legend(
-                figure, box, one.style, one.scale, widest, key or (_kinds(seen) if one.style == "patches" else ())
-            )
+            key = additions.key if one.subject.colours is not None else _kinds(seen) if one.style == "patches" else ()
+            draw_legend(figure, box, one.style, one.scale, widest, key, additions.heading)
 
 
 def _kinds(seen: Sequence[Panel]) -> tuple[Key, ...]:

@@ -25,6 +25,7 @@ def draw_legend(
     scale: Scale,
     widest: float,
     key: tuple[Key, ...] = (),
+    heading: str = "",
 ) -> None:
     """Draw the legend of a style.
 
@@ -40,9 +41,11 @@ def draw_legend(
         Upper limit of angles between normals, degrees.
     key
         Names and colours in its place; what ``patches`` has.
+    heading
+        What stands above names.
     """
     if style == "patches" or key:
-        _names(figure, box, key or KINDS)
+        _names(figure, box, key or KINDS, heading)
         return
     axes = figure.add_axes(box)
     low, high = (0.0, widest) if style == "jump" else (scale.low, scale.high)
@@ -57,7 +60,7 @@ def draw_legend(
         axes.set_xlabel("striped:\nbeyond", fontsize=7)
 
 
-def _names(figure: "Figure", box: tuple[float, float, float, float], key: tuple[Key, ...]) -> None:
+def _names(figure: "Figure", box: tuple[float, float, float, float], key: tuple[Key, ...], heading: str) -> None:
     from matplotlib.patches import Patch
 
     handles: list[Any] = [
@@ -68,6 +71,9 @@ def _names(figure: "Figure", box: tuple[float, float, float, float], key: tuple[
         loc="center left",
         bbox_to_anchor=(box[0], box[1] + box[3] / 2),
         fontsize=7.5,
+        title=heading or None,
+        title_fontsize=7.5,
+        alignment="left",
         handlelength=1.2,
         borderaxespad=0.0,
         frameon=False,

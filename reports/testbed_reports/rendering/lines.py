@@ -60,10 +60,11 @@ def edge_lines(surface: Surface, camera: Camera, facets: Facets, buffer: Buffer)
     angle[edges.boundary] = np.nan
     screen = camera.screen(points.reshape(-1, 3), size).reshape(len(edges), PIECES + 1, 3)
     between = 0.5 * (screen[:, 1:] + screen[:, :-1])
-    seen = _before_all(between, buffer)
-    shown = _Shown.of(facets, camera, buffer)
+    around, outer = _Around.of(between, buffer), _outer_side(facets, camera)
+    with np.errstate(invalid="ignore"):
+        seen = between[..., 2] >= around.depth.max(axis=-1) - BEHIND
     for sides, normals in ((edges.left, left), (edges.right, right)):
-        seen |= _beside(between, sides, dot(normals, camera.towards), shown, buffer)
+        seen |= _beside(between, sides, dot(normals, camera.towards), facets, outer, around)
     ends = np.stack([screen[:, :-1, :2], screen[:, 1:, :2]], axis=2)
     inner = np.broadcast_to(edges.within_face[:, None], seen.shape)
     return Lines(ends[seen], angle[seen], inner[seen])
@@ -76,54 +77,50 @@ def in_front(screen: Float, buffer: Buffer) -> Bool:
     return seen
 
 
-def _before_all(screen: Float, buffer: Buffer) -> Bool:
-    """(...) true where nothing is seen before points (..., 3) in pixels, in their samples or those next to them."""
-    depth = np.pad(buffer.depth, 1, constant_values=-np.inf)
-    count = len(buffer.depth)
-    most = np.maximum.reduce([depth[i : i + count, j : j + count] for i in range(3) for j in range(3)])
-    with np.errstate(invalid="ignore"):
-        seen: Bool = screen[..., 2] >= most[_samples(screen, buffer)] - BEHIND
-    return seen
-
-
-def _beside(screen: Float, sides: PatchSides, facing: Float, shown: "_Shown", buffer: Buffer) -> Bool:
-    """(E, S) true where a sample at points (E, S, 3), or one next to it, sees the patch (E,) of their side there.
-
-    ``facing`` (E, S) is the cosine of normal and view.
-    """
-    reach = BEHIND + (3.0 / np.nan_to_num(np.abs(facing), nan=1.0).clip(1e-9, None)).clip(None, STEEP)
-    row, column = _samples(screen, buffer)
-    last = len(buffer.facet) - 1
-    seen = np.zeros(screen.shape[:-1], dtype=np.bool_)
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            at = (row + i).clip(0, last), (column + j).clip(0, last)
-            own = (shown.part[at] == sides.part[:, None]) & (shown.patch[at] == sides.patch[:, None])
-            with np.errstate(invalid="ignore"):
-                same = ~(shown.side[at] * facing < -EDGE_ON)
-                seen |= own & same & (np.abs(buffer.depth[at] - screen[..., 2]) <= reach)
-    return seen
-
-
 @dataclass(frozen=True, eq=False)
-class _Shown:
-    """Part, patch, and side of the surface (1 outer, -1 inner) that the samples of a buffer see; part -2 for none."""
+class _Around:
+    """What the nine samples about points (...) see: facets (..., 9), -1 for none, and their depths.
 
-    part: Int
-    patch: Int
-    side: Int
+    Parameters
+    ----------
+    facet, depth
+        As said.
+    """
+
+    facet: Int
+    depth: Float
 
     @classmethod
-    def of(cls, facets: Facets, camera: Camera, buffer: Buffer) -> Self:
-        corners = camera.screen(facets.points, len(buffer.facet))[facets.corners, :2]
-        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        # pixels count downwards: counterclockwise is seen as clockwise
-        outer = first[:, 0] * second[:, 1] <= first[:, 1] * second[:, 0]
-        part, patch, side = np.full((3, *buffer.facet.shape), -2)
-        known = buffer.facet >= 0
-        facet = buffer.facet[known]
-        part[known], patch[known], side[known] = facets.part[facet], facets.patch[facet], np.where(outer, 1, -1)[facet]
-        return cls(part, patch, side)
+    def of(cls, screen: Float, buffer: Buffer) -> Self:
+        row, column = _samples(screen, buffer)
+        last = len(buffer.facet) - 1
+        i, j = (axis.ravel() for axis in np.indices((3, 3)) - 1)
+        at = (row[..., None] + i).clip(0, last), (column[..., None] + j).clip(0, last)
+        return cls(buffer.facet[at], buffer.depth[at])
+
+
+def _beside(screen: Float, sides: PatchSides, facing: Float, facets: Facets, outer: Bool, around: _Around) -> Bool:
+    """(E, S) true where a sample at points (E, S, 3), or one next to it, sees the patch (E,) of their side there.
+
+    ``facing`` (E, S) is the cosine of normal and view, ``outer`` (T,) tells of facets whether their outer side is seen.
+    """
+    reach = BEHIND + (3.0 / np.nan_to_num(np.abs(facing), nan=1.0).clip(1e-9, None)).clip(None, STEEP)
+    own = around.facet >= 0
+    own &= facets.part[around.facet] == sides.part[:, None, None]
+    own &= facets.patch[around.facet] == sides.patch[:, None, None]
+    with np.errstate(invalid="ignore"):
+        own &= ~(np.where(outer[around.facet], facing[..., None], -facing[..., None]) < -EDGE_ON)
+        own &= np.abs(around.depth - screen[..., 2:]) <= reach[..., None]
+    seen: Bool = np.any(own, axis=-1)
+    return seen
+
+
+def _outer_side(facets: Facets, camera: Camera) -> Bool:
+    """(T,) true for facets whose outer side is seen: their corners run clockwise, as pixels count downwards."""
+    corners = camera.screen(facets.points, 1)[facets.corners, :2]
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    outer: Bool = first[:, 0] * second[:, 1] <= first[:, 1] * second[:, 0]
+    return outer
 
 
 def _samples(screen: Float, buffer: Buffer) -> tuple[Int, Int]:

@@ -25,6 +25,9 @@ from testbed_reports.rendering.fields import Fields, fields
 from testbed_reports.rendering.lines import Lines, edge_lines
 from testbed_reports.rendering.visibility import Buffer, Sights, rasterise, sights
 
+#: Places coloured at once.
+CHUNK = 1 << 18
+
 
 @dataclass(frozen=True, eq=False)
 class Look:
@@ -89,14 +92,17 @@ def pixels(one: Look, style: Style, scale: Scale, base: Float | None = None) -> 
     base
         Colours (N, 3) of the places that are seen, to be shaded in place of the usual ones.
     """
-    colours = coloured(style, one.fields, one.sights, one.camera, scale, one.group, base)
     size = one.sights.size
     share = np.bincount(one.sights.pixel, weights=one.sights.share, minlength=size * size)
     image = (1.0 - share)[:, None] * BACKGROUND
-    for channel in range(3):
-        image[:, channel] += np.bincount(
-            one.sights.pixel, weights=one.sights.share * colours[:, channel], minlength=size * size
-        )
+    for some in (slice(first, first + CHUNK) for first in range(0, len(one.sights), CHUNK)):
+        seen = one.sights.some(some)
+        own = None if base is None else base[some]
+        colours = coloured(style, one.fields.some(some), seen, one.camera, scale, one.group[some], own)
+        for channel in range(3):
+            image[:, channel] += np.bincount(
+                seen.pixel, weights=seen.share * colours[:, channel], minlength=size * size
+            )
     whole: Float = image.reshape(size, size, 3).clip(0.0, 1.0)
     return whole
 
