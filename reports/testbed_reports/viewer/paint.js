@@ -116,7 +116,14 @@ class Painter {
   }
 
   constructor(canvas, gl, settings) {
-    Object.assign(this, { canvas, gl, settings, kept: new Map() });
+    Object.assign(this, { canvas, gl, settings });
+    this.begin();
+  }
+
+  /** Make what the context holds; again after a context was lost. */
+  begin() {
+    const { gl, settings } = this;
+    this.kept = new Map();
     this.surface = this.program(SURFACE_VERTEX, SURFACE_FRAGMENT);
     this.line = this.program(LINE_VERTEX, LINE_FRAGMENT);
     this.mark = this.program(MARK_VERTEX, MARK_FRAGMENT);

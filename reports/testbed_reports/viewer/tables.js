@@ -48,13 +48,14 @@ function sortable(table) {
 function filterable(table) {
   const rows = [...table.tBodies[0].rows];
   let texts = null;
-  const count = make("span", { class: "count", role: "status" });
+  const hint = "A heading sorts; a number shows its command.";
+  const count = make("span", { class: "count", role: "status" }, hint);
   const input = make("input", { type: "search", placeholder: "filter rows", "aria-label": `Filter the rows of: ${table.caption ? table.caption.textContent.slice(0, 80) : "table"}`,
     input: () => {
       texts ||= rows.map((row) => row.textContent.toLowerCase());
       const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
       rows.forEach((row, k) => { row.hidden = !words.every((word) => texts[k].includes(word)); });
-      count.textContent = words.length ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : "";
+      count.textContent = words.length ? `${rows.filter((row) => !row.hidden).length} of ${rows.length} rows` : hint;
     } });
   table.closest(".scroll").before(make("div", { class: "filter" }, input, count));
 }

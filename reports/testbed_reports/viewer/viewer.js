@@ -2,6 +2,7 @@
 
 const FIELDS = { gauss: "gauss", mean: "mean", distance: "distance", thesis: "gauss" };
 const DRAG = 0.45; // degrees a pixel
+const FRAME = 30; // milliseconds that drawing may take before the browser has its turn
 const tell = (text) => document.documentElement.setAttribute("data-viewer", text);
 
 class Scene {
@@ -18,7 +19,6 @@ class Scene {
     grid.after(this.tip);
     grid.tabIndex = 0;
     grid.addEventListener("keydown", (event) => this.key(event));
-    this.dirty = new Set();
     this.show();
   }
 
@@ -128,24 +128,35 @@ class Scene {
   }
 
   redraw(cards = this.cards) {
-    for (const card of cards) this.dirty.add(card);
-    if (this.frame) return;
-    this.frame = requestAnimationFrame(() => {
-      this.frame = null;
-      for (const card of this.dirty) card.draw();
-      this.dirty.clear();
-      const visible = this.cards.filter((card) => card.visible);
-      if (visible.length && visible.every((card) => card.surface)) {
-        this.element.setAttribute("data-ready", "");
-        tell("ready");
-      }
-    });
+    for (const card of cards) card.stale = true;
+    this.frame ||= requestAnimationFrame(() => this.paint());
+  }
+
+  /** Draw cards in the window, the one under the mouse first, then those that wait longest; the rest a frame later. */
+  paint() {
+    this.frame = null;
+    const began = performance.now();
+    const waiting = this.cards.filter((card) => card.stale && card.surface && card.inWindow());
+    waiting.sort((a, b) => (b === this.held) - (a === this.held) || a.drawn - b.drawn);
+    for (const card of waiting) {
+      card.draw();
+      if (performance.now() - began > FRAME) break;
+    }
+    if (waiting.some((card) => card.stale)) {
+      this.redraw([]);
+      return;
+    }
+    const near = this.cards.filter((card) => card.visible && !card.failed);
+    if (near.length && near.every((card) => card.surface)) {
+      this.element.setAttribute("data-ready", "");
+      tell("ready");
+    }
   }
 }
 
 class Card {
   constructor(scene, element, about) {
-    Object.assign(this, { scene, element, about, own: null, surface: null, visible: false });
+    Object.assign(this, { scene, element, about, own: null, surface: null, visible: false, stale: true, drawn: 0 });
     this.canvas = make("canvas", { role: "img", "aria-label": element.querySelector("img").alt, hidden: true });
     element.querySelector(".picture").append(this.canvas);
     element.querySelector("figcaption").append(
@@ -190,9 +201,16 @@ class Card {
     this.scene.redraw([this]);
   }
 
+  inWindow() {
+    const { top, bottom, height } = this.element.getBoundingClientRect();
+    return height > 0 && bottom > -50 && top < window.innerHeight + 50;
+  }
+
   draw() {
     const { painter, look } = this.scene;
-    if (!this.visible || !this.surface || painter.lost) return;
+    this.stale = false;
+    this.drawn = performance.now();
+    if (painter.lost) return;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const box = this.canvas.parentElement.getBoundingClientRect();
     const [width, height] = [Math.round(box.width * ratio), Math.round(box.height * ratio)];
@@ -215,6 +233,7 @@ class Card {
       return [(2 * (clientX - box.left) - box.width) / side, (box.height - 2 * (clientY - box.top)) / side];
     };
     const grasp = () => {
+      scene.held = this;
       if (!scene.linked && !this.own) {
         this.own = new Camera(scene.about.view);
         Object.assign(this.own, { azimuth: scene.camera.azimuth, elevation: scene.camera.elevation, centre: [...scene.camera.centre], width: scene.camera.width });
@@ -323,18 +342,19 @@ function startViewers() {
     return;
   }
   tell("starting");
-  window.addEventListener("scroll", () => { lastScroll = performance.now(); }, { passive: true, capture: true });
   const scenes = [];
+  window.addEventListener("scroll", () => {
+    lastScroll = performance.now();
+    for (const scene of scenes) if (scene.cards.some((card) => card.stale)) scene.redraw([]);
+  }, { passive: true, capture: true });
   painter.canvas.addEventListener("webglcontextlost", (event) => {
     event.preventDefault();
     painter.lost = true;
   });
   painter.canvas.addEventListener("webglcontextrestored", () => {
-    const again = Painter.make(settings);
-    for (const scene of scenes) {
-      if (again) Object.assign(scene, { painter: again });
-      scene.redraw();
-    }
+    painter.begin();
+    painter.lost = false;
+    for (const scene of scenes) scene.redraw();
   });
   const begin = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
