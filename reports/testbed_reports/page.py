@@ -58,6 +58,7 @@ def render(page: Page, scenes: Sequence["Scene"] = ()) -> str:
 
     from testbed_reports.plots import draw
     from testbed_reports.viewer import markup
+    from testbed_reports.viewer.model import BUDGET
 
     folder = files("testbed_reports")
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
@@ -78,6 +79,7 @@ def render(page: Page, scenes: Sequence["Scene"] = ()) -> str:
         stylesheet=stylesheet,
         plots=plots,
         scenes=scenes,
+        budget=BUDGET,
         script=Markup(script),  # noqa: S704 - ours
         digest=markup.digest(script),
         numbers={section.dataset.spec: number for number, section in enumerate(page.sections)},

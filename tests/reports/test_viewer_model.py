@@ -10,8 +10,11 @@ from PIL import Image
 from viewer_examples import DATASET, PLACE, SCHEMES, shown_results
 
 from testbed import registry
+from testbed.geometry.exact import ExactSurface
+from testbed.geometry.surface import Surface
 from testbed_reports.viewer import model
 from testbed_reports.viewer.model import BUDGET, EACH_POINT, TRIANGLES, Scene, scene, steps_for
+from testbed_reports.viewer.samples import SampledSurface, sampled
 from testbed_reports.viewer.scenes import scenes
 from testbed_reports.viewer.stills import COLOURS, SIZE
 
@@ -100,3 +103,17 @@ def test_stills_are_small_pictures(octahedron: Scene) -> None:
 def test_scenes_are_the_same_however_many_processes_make_them() -> None:
     found = shown_results(("shirman-sequin", "flat"), (DATASET, "graph"))
     assert scenes(found, jobs=2) == scenes(found, jobs=1)
+
+
+def test_a_plugin_that_fails_now_costs_its_dataset_its_surfaces_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = shown_results(("shirman-sequin", "flat"), (DATASET, "graph"))
+
+    def failing(surface: Surface, steps: int, exact: ExactSurface | None) -> SampledSurface:
+        if len(surface.mesh.faces) == 8:
+            raise ArithmeticError("no jets today")
+        return sampled(surface, steps, exact)
+
+    monkeypatch.setattr(model, "sampled", failing)
+    first, second = scenes(found, jobs=1)
+    assert [card.reason for card in first.cards] == ["ArithmeticError: no jets today"] * 2
+    assert len(second.shown) == 2

@@ -41,10 +41,10 @@ class Camera {
 function pick(surface, camera, x, y) {
   const { points, triangles } = surface;
   const [right, up, towards] = camera.axes;
-  const along = (axis, k) =>
-    axis[0] * (points[k] - camera.centre[0]) + axis[1] * (points[k + 1] - camera.centre[1]) + axis[2] * (points[k + 2] - camera.centre[2]);
-  const px = (x * camera.width) / 2;
-  const py = (y * camera.width) / 2;
+  const [cx, cy, cz] = relative(surface, camera.centre);
+  const along = (axis, k) => axis[0] * (points[k] - cx) + axis[1] * (points[k + 1] - cy) + axis[2] * (points[k + 2] - cz);
+  const px = (x * camera.width) / 2 / surface.size;
+  const py = (y * camera.width) / 2 / surface.size;
   const count = points.length / 3;
   const sx = new Float32Array(count);
   const sy = new Float32Array(count);
@@ -85,7 +85,7 @@ function probe(surface, { corners, weights }) {
   const at = [0, 1].map((axis) => shares.reduce((sum, share, k) => sum + share * around[k][axis], 0));
   const triangular = surface.about.sides === 3;
   return {
-    point,
+    point: point.map((value, axis) => surface.origin[axis] + surface.size * value),
     normal: normal.map((value) => value / length),
     values,
     face: part.faces[patch],

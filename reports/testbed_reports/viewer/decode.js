@@ -128,16 +128,24 @@ async function unpack(text, about) {
     point += patches * lattice.places.length;
     patch += patches;
   }
-  surface.points = points(surface.places, about.box);
+  const [low, high] = about.box;
+  surface.size = Math.max(...high.map((value, axis) => value - low[axis])) || 1;
+  surface.origin = low.map((value, axis) => value + (high[axis] - value) / 2);
+  surface.extent = high.map((value, axis) => (value - low[axis]) / surface.size);
+  surface.points = points(surface);
   surface.triangles = triangles(surface);
   readEdges(surface, words);
   return surface;
 }
 
-/** Coordinates of points; NaN for those without any. */
-function points(codes, [low, high]) {
-  return Float32Array.from(codes, (code, k) =>
-    code === ABSENT ? NaN : low[k % 3] + (code / LARGEST) * (high[k % 3] - low[k % 3]));
+/** Coordinates of points from the middle of the surface, in its size, so that 32 bits are enough; NaN for those without. */
+function points({ places, extent }) {
+  return Float32Array.from(places, (code, k) => (code === ABSENT ? NaN : (code / LARGEST - 0.5) * extent[k % 3]));
+}
+
+/** Coordinates of a point as points() has them. */
+function relative(surface, point) {
+  return point.map((value, axis) => (value - surface.origin[axis]) / surface.size);
 }
 
 /** Corners of all triangles whose points are known. */

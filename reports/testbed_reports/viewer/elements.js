@@ -19,3 +19,9 @@ function short(value, digits = 4) {
   const text = size >= 1e-3 && size < 1e5 ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1);
   return text.replace("-", "−").replace("e+", "e");
 }
+
+/** A coordinate to a ten-thousandth of a size. */
+function fixed(value, size) {
+  const decimals = 4 - Math.floor(Math.log10(size)) - 1;
+  return decimals > 9 || decimals < -6 ? short(value, 6) : value.toFixed(Math.max(0, decimals)).replace("-", "−");
+}

@@ -27,7 +27,7 @@ BUDGET: Final = 12_000_000
 EACH_POINT: Final = 13.0
 EACH_ANGLE: Final = 2.0
 #: Least and most steps that the sides of a patch are divided into.
-STEPS: Final = (2, 32)
+STEPS: Final = (2, 60)
 #: Most triangles of a surface, and most patches, beyond which a surface is left to ``testbed render``.
 TRIANGLES: Final = 20_000
 PATCHES: Final = 20_000

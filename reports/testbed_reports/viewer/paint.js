@@ -3,10 +3,10 @@
 const SURFACE_VERTEX = `#version 300 es
 precision highp float;
 in vec3 place; in vec2 fold; in float code;
-uniform vec3 low, extent, centre, span; uniform mat3 axes; uniform vec4 lens;
+uniform vec3 extent, centre, span; uniform mat3 axes; uniform vec4 lens;
 out vec3 normal; out float value; out float missing;
 void main() {
-  vec3 seen = axes * (low + place * (65535.0 / 65534.0) * extent - centre);
+  vec3 seen = axes * ((place * (65535.0 / 65534.0) - 0.5) * extent - centre);
   gl_Position = vec4(seen * lens.xyz, 1.0);
   vec2 f = 2.0 * fold * (65535.0 / 65534.0) - 1.0;
   vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
@@ -180,7 +180,7 @@ class Painter {
         triangles: this.buffer(surface.triangles, gl.ELEMENT_ARRAY_BUFFER),
         segments: this.buffer(surface.segments),
         marks: this.buffer(new Float32Array(surface.about.marks.flatMap(
-          ({ point, name }) => [...point, name.startsWith("smallest") ? -1 : 1]))),
+          ({ point, name }) => [...relative(surface, point), name.startsWith("smallest") ? -1 : 1]))),
       });
     }
     return this.kept.get(surface);
@@ -218,11 +218,11 @@ class Painter {
     gl.scissor(0, 0, width, height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const side = Math.min(width, height);
-    const near = 2 / camera.width;
+    const near = (2 * surface.size) / camera.width;
     const seen = {
       axes: new Float32Array([0, 1, 2].flatMap((axis) => camera.axes.map((row) => row[axis]))),
-      centre: camera.centre,
-      lens: [(near * side) / width, (near * side) / height, -0.25 / camera.radius, Math.min(1, camera.width / camera.radius)],
+      centre: relative(surface, camera.centre),
+      lens: [(near * side) / width, (near * side) / height, (-0.25 * surface.size) / camera.radius, Math.min(1, camera.width / camera.radius)],
     };
     const own = this.buffers(surface);
     this.drawSurface(surface, own, seen, look, ratio);
@@ -245,13 +245,11 @@ class Painter {
 
   drawSurface(surface, own, seen, look, ratio) {
     const { gl, settings, surface: program } = this;
-    const [low, high] = surface.about.box;
     const field = look.field in own.codes ? look.field : null;
     const span = field ? surface.about.ranges[field] : [0, 0, 1];
     this.use(program, {
       ...seen,
-      low,
-      extent: high.map((value, axis) => value - low[axis]),
+      extent: surface.extent,
       span,
       style: look.field ? 1 : { isophotes: 2, zebra: 3 }[look.style] || 0,
       limits: look.limits || [0, 1],

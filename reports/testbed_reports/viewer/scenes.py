@@ -38,7 +38,7 @@ def scenes(results: Results, jobs: int | None = None) -> tuple[Scene, ...]:
     if jobs is None:
         jobs = 1 if count <= FEW else processors()
     if jobs == 1:
-        return tuple(scene(part, dataset, each, sources) for part, dataset in zip(parts, grid.datasets, strict=True))
+        return tuple(scene_of(part, dataset, each, sources) for part, dataset in zip(parts, grid.datasets, strict=True))
     return _in_workers(grid, parts, each, sources, jobs)
 
 
@@ -67,29 +67,37 @@ def _known(results: Results) -> Sources:
     return sources
 
 
+def scene_of(results: Results, dataset: str, each: float, sources: Sources) -> Scene:
+    """Return a scene; one of reasons only where a plugin fails now that did not fail before."""
+    try:
+        return scene(results, dataset, each, sources)
+    except Exception as error:  # noqa: BLE001 - a third party's plugin must not cost the page its other parts
+        return _without(Grid.of(results), dataset, f"{type(error).__name__}: {error}")
+
+
+def _without(grid: Grid, dataset: str, reason: str) -> Scene:
+    planned = [(position, one) for position, one in enumerate(grid.schemes) if grid.planned(one, dataset)]
+    return Scene(dataset, 0, tuple(Card(position, one, reason) for position, one in planned), {}, {})
+
+
 def _in_workers(grid: Grid, parts: Sequence[Results], each: float, sources: Sources, jobs: int) -> tuple[Scene, ...]:
     from testbed.harness.workers import Died, Returned, TimedOut, Workers
 
     # the longest first
     waiting = sorted(range(len(parts)), key=lambda number: -len(parts[number].plan.cells))
     made: dict[int, Scene] = {}
-
-    def without(number: int, reason: str) -> Scene:
-        dataset = grid.datasets[number]
-        planned = [(p, one) for p, one in enumerate(grid.schemes) if grid.planned(one, dataset)]
-        return Scene(dataset, 0, tuple(Card(position, one, reason) for position, one in planned), {}, {})
-
     with Workers(min(jobs, len(parts)), LIMIT) as workers:
         while waiting or workers.tasks:
             while waiting and workers.free > 0:
                 number = waiting.pop(0)
-                workers.submit(number, scene, parts[number], grid.datasets[number], each, sources)
+                workers.submit(number, scene_of, parts[number], grid.datasets[number], each, sources)
             for outcome in workers.wait(1.0):
                 match outcome:
                     case Returned(task=number, value=value):
                         made[number] = value
                     case TimedOut(task=number):
-                        made[number] = without(number, f"its surfaces take more than {LIMIT:g} s")
+                        late = f"its surfaces take more than {LIMIT:g} s"
+                        made[number] = _without(grid, grid.datasets[number], late)
                     case Died(task=number, reason=reason):
-                        made[number] = without(number, reason)
+                        made[number] = _without(grid, grid.datasets[number], reason)
     return tuple(made[number] for number in range(len(parts)))

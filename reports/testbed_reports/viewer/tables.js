@@ -9,8 +9,11 @@ function sortKey(row, column) {
   const text = cell.textContent.trim();
   if (text === "" || text === "–") return null;
   const exact = cell.querySelector("[title]");
-  for (const found of [exact && exact.title, text.replace("−", "-").replace("∞", "Infinity")]) {
-    const number = found ? Number.parseFloat(found) : NaN;
+  const shown = cell.querySelector(":scope > span:not(.mark)");
+  for (const one of [exact && exact.title, shown && shown.textContent, text]) {
+    const found = one ? one.trim().replace("−", "-").replace("∞", "Infinity") : "";
+    if (one && one.trim() === "–") return null;
+    const number = Number.parseFloat(found);
     if (!Number.isNaN(number) && /^[-+]?(\d|\.\d|Infinity)/.test(found)) return number;
   }
   return text.toLowerCase();

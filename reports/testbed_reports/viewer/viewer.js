@@ -162,6 +162,9 @@ class Card {
     element.querySelector("figcaption").append(
       make("button", { type: "button", class: "enlarge", "aria-pressed": "false", "aria-label": `Enlarge ${about.scheme}`, title: "Enlarge",
         click: (event) => event.currentTarget.setAttribute("aria-pressed", String(element.classList.toggle("large"))) }, "⤢"));
+    this.line = make("span", { class: "extremes now" });
+    element.querySelector(".name").after(this.line);
+    element.classList.add("live");
     this.mouse();
     new ResizeObserver(() => scene.redraw([this])).observe(element.querySelector(".picture"));
     new IntersectionObserver((entries) => this.see(entries.at(-1).isIntersecting), { rootMargin: "250px" }).observe(element);
@@ -169,12 +172,7 @@ class Card {
 
   /** Say how far a field goes in the results. */
   say(field) {
-    let line = this.element.querySelector(".extremes");
-    if (!line) {
-      line = make("span", { class: "extremes" });
-      this.element.querySelector(".name").after(line);
-    }
-    line.textContent = this.about.extremes[field] || "";
+    this.line.textContent = this.about.extremes[field] || "";
   }
 
   get camera() {
@@ -299,7 +297,7 @@ class Card {
     const { point, normal, values, face, place } = probe(this.surface, found);
     const near = this.near(x, y);
     const lines = [
-      ["point", point.map((value) => short(value)).join(", ")],
+      ["point", point.map((value) => fixed(value, this.surface.size)).join(", ")],
       ["normal", normal.map((value) => short(value, 3)).join(", ")],
       ["K", short(values.gauss)],
       ["H", short(values.mean)],
