@@ -9,21 +9,22 @@ from testbed_reports.pdf import lettering, widths
 from testbed_reports.pdf.blocks import (
     LYING,
     Block,
+    Bullets,
     Cell,
     Column,
+    Folio,
     Heading,
-    Link,
     Name,
     Paragraph,
     Quotation,
-    Sheet,
+    Reference,
     Small,
     Table,
     Text,
     runs,
 )
 from testbed_reports.pdf.grids import named, numbers
-from testbed_reports.pdf.opening import dataset_label, scheme
+from testbed_reports.pdf.opening import scheme
 from testbed_reports.tables import SchemeRow
 from testbed_reports.view import Page, Section
 
@@ -31,78 +32,64 @@ from testbed_reports.view import Page, Section
 DIGITS: Final = 5
 #: Size of the type in points.
 SIZE: Final = 6.0
+#: Longer texts than this are told below the table.
+LONGEST: Final = 16
 #: Digits of a hash that are shown.
 HASH: Final = 12
 
 
-def appendix(page: Page) -> Iterator[Block]:
-    """Yield the appendix."""
-    yield Sheet(lying=True)
-    yield Heading(1, runs("Appendix"), "appendix")
-    yield from _troubles(page)
-    yield Heading(2, runs("All numbers"), "all-numbers")
-    yield Paragraph(
-        runs(
-            f"Numbers have {DIGITS} significant digits; ",
-            Name("results.csv"),
-            " has all of them. Columns that are the same for all schemes stand in a table by level.",
-        ),
-        small=True,
-    )
+def appendix(page: Page) -> Iterator[Folio]:
+    """Yield the pages of the appendix."""
+    yield Folio((Heading(1, runs("Appendix"), "appendix"), *_troubles(page)), lying=True)
     for number, section in enumerate(page.sections):
-        yield from _cells(section, number)
-    if any(section.orders for section in page.sections):
-        yield Heading(2, runs("All orders"), "all-orders")
-        for number, section in enumerate(page.sections):
-            yield from _orders(section, number)
-    yield Sheet(lying=False)
-    yield from _meanings(page)
-    yield from _hashes(page)
-    yield from _traces(page)
+        if section.levels.rows:
+            yield Folio((*_cells(section, number), *_orders(section, number)), lying=True)
+    yield Folio((*_meanings(page), *_hashes(page), *_traces(page)))
 
 
 def _troubles(page: Page) -> Iterator[Block]:
     yield Heading(2, runs("Cells that were refused or failed"), "troubles")
-    found: dict[tuple[str, int, int], list[int]] = {}
-    rows: dict[tuple[str, int, int], SchemeRow] = {}
+    # reasons that differ in their numbers only are told once
+    found: dict[tuple[int, int, str], list[SchemeRow]] = {}
     for number, section in enumerate(page.sections):
         for row in section.levels.rows:
             if row.trouble:
-                key = (row.trouble, row.position, number)
-                found.setdefault(key, []).append(row.level or 0)
-                rows.setdefault(key, row)
+                found.setdefault((row.position, number, lettering.numberless(row.trouble)), []).append(row)
     if not found:
         yield Paragraph(runs("None."))
     else:
-        ordered = sorted(found.items(), key=lambda item: (item[0][1], item[0][2], item[1]))
-        body = tuple(
-            (
-                scheme(position, rows[trouble, position, number].scheme),
-                Cell(runs(Link(dataset_label(number), page.sections[number].dataset.spec))),
-                " ".join(map(str, levels)),
-                trouble.partition(": ")[0],
-                trouble.partition(": ")[2],
-            )
-            for (trouble, position, number), levels in ordered
-        )
-        names = [rows[key].scheme for key, _ in ordered]
-        sets = [section.dataset.spec for section in page.sections]
-        yield Table(
-            "trouble-table",
-            runs("Every cell without numbers, with its reason; a row a scheme, dataset and reason."),
-            (
-                Column(width=named(names, 7.0)),
-                Column(width=widths.of_names(sets, 7.0, swatch=False)),
-                Column(width=36.0),
-                Column(width=40.0),
-                Column(),
-            ),
-            (("scheme", "dataset", "levels", "status", "reason"),),
-            body,
-            7.0,
-        )
+        ordered = [(number, rows) for (_, number, _), rows in sorted(found.items(), key=lambda item: item[0])]
+        yield _trouble_table(page, ordered)
     if page.missing:
         yield Paragraph(runs(f"{counted(len(page.missing), 'cell')} without a result yet: {'; '.join(page.missing)}."))
+
+
+def _trouble_table(page: Page, found: Sequence[tuple[int, Sequence[SchemeRow]]]) -> Table:
+    size = 7.0
+    body = []
+    for number, rows in found:
+        status, _, reason = rows[0].trouble.partition(": ")
+        levels = " ".join(str(row.level) for row in rows)
+        dataset = Cell(runs(Name(page.sections[number].dataset.spec)))
+        body.append((scheme(rows[0].position, rows[0].scheme), dataset, levels, status, reason))
+    columns = (
+        Column(width=named([rows[0].scheme for _, rows in found], size)),
+        Column(width=widths.of_names([page.sections[number].dataset.spec for number, _ in found], size, swatch=False)),
+        Column(width=40.0),
+        Column(width=40.0),
+        Column(),
+    )
+    return Table(
+        "trouble-table",
+        runs(
+            "Every cell without numbers, with its reason; where the reasons of several levels differ in numbers only, "
+            "that of the first level."
+        ),
+        columns,
+        (("scheme", "dataset", "levels", "status", "reason"),),
+        tuple(body),
+        size,
+    )
 
 
 def digits(entry: Entry, count: int = DIGITS) -> str:
@@ -122,29 +109,44 @@ def digits(entry: Entry, count: int = DIGITS) -> str:
 
 def _cells(section: Section, number: int) -> Iterator[Block]:
     table, name = section.levels, section.dataset.spec
-    if not table.rows:
-        return
-    yield Heading(3, runs("Every cell on ", Name(name)), f"cells-of-{number}")
+    yield Heading(2, runs("All numbers on ", Name(name)), f"numbers-of-{number}")
+    yield Paragraph(
+        runs(
+            f"Numbers have {DIGITS} significant digits; ",
+            Name("results.csv"),
+            " has all of them. Columns that are the same for all schemes stand in a table by level.",
+        ),
+        small=True,
+    )
     good = [row for row in table.rows if not row.trouble]
-    shared: list[int] = []
-    own: list[int] = []
-    for column in range(len(table.headings)):
-        (shared if _by_level(good, column) else own).append(column)
-    names = [row.scheme for row in table.rows]
+    if len(good) < len(table.rows):
+        left_out = counted(len(table.rows) - len(good), "cell")
+        yield Paragraph(runs(f"{left_out} without numbers: see ", Reference("trouble-table"), "."), small=True)
+    if not good:
+        return
     headings = [heading for heading, _ in table.headings]
+    every = range(len(headings))
+    words = [column for column in every if any(len(row.entries[column].text) > LONGEST for row in good)]
+    words += [column for column in every if headings[column] == "fallbacks" and column not in words]
+    shared = [column for column in every if column not in words and _by_level(good, column)]
+    own = [column for column in every if column not in words and column not in shared]
+    fallbacks = [column for column in words if headings[column] == "fallbacks"]
+    first = [scheme(row.position, row.scheme) for row in good]
+    width = named([row.scheme for row in good], SIZE)
     yield from numbers(
         f"cells-{number}",
         f"Every cell on {name}.",
-        [_first(row) for row in table.rows],
-        named(names, SIZE),
-        ["level", *(headings[column] for column in own)],
-        [_values(row, own) for row in table.rows],
+        first,
+        width,
+        ["level", *(headings[column] for column in own + fallbacks)],
+        [(str(row.level), *(digits(row.entries[column]) for column in own + fallbacks)) for row in good],
         LYING[0],
         SIZE,
         names=True,
-        troubles=[f"level {row.level}, {row.trouble}" if row.trouble else "" for row in table.rows],
+        together=True,
+        repeated=1,
     )
-    if shared and good:
+    if shared:
         levels = {row.level: row for row in good}
         yield from numbers(
             f"levels-{number}",
@@ -162,15 +164,32 @@ def _cells(section: Section, number: int) -> Iterator[Block]:
     if placed:
         yield from numbers(
             f"places-{number}",
-            f"Where the extremes on {name} are: mesh faces with barycentric coordinates; of fallbacks the kinds.",
-            [_first(row) for row in good],
-            named(names, SIZE),
+            f"Where the extremes on {name} are: mesh faces, with barycentric coordinates in brackets.",
+            first,
+            width,
             ["level", *(headings[column] for column in placed)],
             [(str(row.level), *(_place(row.entries[column]) for column in placed)) for row in good],
             LYING[0],
             SIZE,
             names=True,
+            together=True,
+            repeated=1,
         )
+    for column in words:
+        yield from _told(headings[column], column, good)
+
+
+def _told(heading: str, column: int, rows: Sequence[SchemeRow]) -> Iterator[Block]:
+    """Yield what a column says in words, a line for all cells that say the same."""
+    found: dict[str, list[str]] = {}
+    for row in rows:
+        entry = row.entries[column]
+        text = entry.place if heading == "fallbacks" else entry.text
+        if text and text != NOTHING:
+            found.setdefault(text, []).append(f"{row.scheme} {row.level}")
+    if found:
+        yield Paragraph(runs(Name(heading), ", of schemes at levels:"), small=True)
+        yield Bullets(tuple(runs(Small(f"{', '.join(who)}: {text}")) for text, who in found.items()))
 
 
 def _by_level(rows: Sequence[SchemeRow], column: int) -> bool:
@@ -180,17 +199,8 @@ def _by_level(rows: Sequence[SchemeRow], column: int) -> bool:
     return same and len(rows) > len(found)
 
 
-def _first(row: SchemeRow) -> Cell:
-    return scheme(row.position, row.scheme)
-
-
-def _values(row: SchemeRow, columns: Sequence[int]) -> tuple[str | Cell, ...]:
-    return () if row.trouble else (str(row.level), *(digits(row.entries[column]) for column in columns))
-
-
 def _place(entry: Entry) -> str | Cell:
-    face, space, coordinates = entry.place.partition(" (")
-    return Cell((Text(face), Small(coordinates.rstrip(")"), apart=True))) if space else entry.place or NOTHING
+    return entry.place.removeprefix("face ") or NOTHING
 
 
 def _orders(section: Section, number: int) -> Iterator[Block]:

@@ -58,9 +58,10 @@ class Swatch:
 
 @dataclass(frozen=True)
 class Reference:
-    """The number of a table, figure or section, which leads to it."""
+    """A table, figure or section by its number, ``text``, which :mod:`testbed_reports.pdf.numbering` fills in."""
 
     label: str
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -125,11 +126,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Heading:
-    """A heading; level 1 begins a chapter, level 3 does not stand in the contents."""
+    """A heading with its number; level 1 begins a chapter, level 3 has no number and does not stand in the contents."""
 
     level: int
     runs: Runs
     label: str = ""
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -160,8 +162,8 @@ class Table:
 
     Parameters
     ----------
-    label
-        What references call it.
+    label, number
+        What references call it, and its number, ``Table 3``.
     caption
         Says what it shows without the text around it.
     columns
@@ -170,6 +172,9 @@ class Table:
         Cells; a plain string is one of words or of a number.
     size
         Of the letters, in points.
+    bands
+        How many rows are set together, in order: rows of one line each, which cost a cell a column together. Empty for
+        all rows by themselves.
     """
 
     label: str
@@ -178,6 +183,8 @@ class Table:
     head: tuple[tuple[str | Cell, ...], ...]
     rows: tuple[tuple[str | Cell, ...], ...]
     size: float = 8.0
+    bands: tuple[int, ...] = ()
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -206,7 +213,7 @@ class Pictures:
 
     Parameters
     ----------
-    label, caption
+    label, number, caption
         As of a table.
     pictures, columns
         The pictures and how many stand in a row.
@@ -222,6 +229,7 @@ class Pictures:
     columns: int
     aspect: float
     bar: Bar | None = None
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -230,7 +238,7 @@ class Plots:
 
     Parameters
     ----------
-    label, caption
+    label, number, caption
         As of a table.
     files
         The plots.
@@ -245,6 +253,7 @@ class Plots:
     files: tuple[str, ...]
     key: tuple[tuple[int, str], ...]
     alternative: str
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -254,14 +263,16 @@ class Quotation:
     lines: tuple[str, ...]
 
 
+Block: TypeAlias = Heading | Paragraph | Bullets | Facts | Table | Pictures | Plots | Quotation
+
+
 @dataclass(frozen=True)
-class Sheet:
-    """A new page, upright or lying."""
+class Folio:
+    """Pages of one orientation, upright or lying, that begin with a heading."""
 
-    lying: bool
+    blocks: tuple[Block, ...]
+    lying: bool = False
 
-
-Block: TypeAlias = Heading | Paragraph | Bullets | Facts | Table | Pictures | Plots | Quotation | Sheet
 
 #: Width and height in points of what a page holds, upright and lying: A4 without its margins.
 UPRIGHT: Final = (493.0, 730.0)
@@ -269,7 +280,7 @@ LYING: Final = (740.0, 493.0)
 
 
 #: Fields that hold no text of others: what the document calls its parts.
-OURS: Final = frozenset({"label", "file", "files", "colours", "align"})
+OURS: Final = frozenset({"label", "file", "files", "colours", "align", "number"})
 
 
 def value(entry: Entry, *, place: bool = True) -> str | Cell:

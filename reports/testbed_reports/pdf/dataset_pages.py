@@ -1,7 +1,7 @@
 """The chapter of the datasets: of each its surfaces, a table of the schemes at one level, and plots."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from testbed_reports.formatting import shorten
@@ -10,6 +10,7 @@ from testbed_reports.pdf.blocks import (
     LYING,
     Bar,
     Block,
+    Folio,
     Heading,
     Name,
     Paragraph,
@@ -18,7 +19,6 @@ from testbed_reports.pdf.blocks import (
     Plots,
     Reference,
     Run,
-    Sheet,
     runs,
     value,
 )
@@ -29,11 +29,11 @@ from testbed_reports.pdf.strips import Shot, Strip
 from testbed_reports.rendering.colouring import palette
 from testbed_reports.view import Page, Section
 
-#: Pictures in a row.
-IN_ROW: Final = 8
-#: Points that a title and a remark take besides their picture, and a caption besides the rows.
-LETTERED: Final = 30.0
-CAPTION: Final = 75.0
+#: Pictures in a row: the fewest that let all stand on a page, and no more.
+IN_ROW: Final = range(7, 11)
+#: Points that a title and a remark take besides their picture, and the words around the rows.
+LETTERED: Final = 27.0
+WORDS: Final = 140.0
 #: Characters of titles and remarks of pictures.
 TITLE: Final = 54
 REMARK: Final = 130
@@ -41,14 +41,11 @@ REMARK: Final = 130
 STOPS: Final = 33
 
 
-def datasets(page: Page, drawn: tuple[Figures, ...]) -> Iterator[Block]:
-    """Yield the chapter."""
-    yield Sheet(lying=True)
-    yield Heading(1, runs("Datasets"), "datasets")
+def datasets(page: Page, drawn: Sequence[Figures]) -> Iterator[Folio]:
+    """Yield the pages of each dataset."""
     for number, section in enumerate(page.sections):
-        if number:
-            yield Sheet(lying=True)
-        yield from _dataset(section, number, drawn[number])
+        chapter = () if number else (Heading(1, runs("Datasets"), "datasets"),)
+        yield Folio((*chapter, *_dataset(section, number, drawn[number])), lying=True)
 
 
 def _dataset(section: Section, number: int, drawn: Figures) -> Iterator[Block]:
@@ -65,7 +62,7 @@ def _dataset(section: Section, number: int, drawn: Figures) -> Iterator[Block]:
     if section.drawings:
         pointers += [" Convergence: ", Reference(f"plots-{number}-0"), "."]
     if section.levels.rows:
-        pointers += [" All numbers: ", Reference(f"cells-{number}"), "."]
+        pointers += [" All numbers: ", Reference(f"numbers-of-{number}"), "."]
     yield Paragraph(runs(*parts, *pointers))
     if drawn.reason:
         yield Paragraph(runs(f"There are no pictures of the surfaces: {drawn.reason}."))
@@ -78,9 +75,7 @@ def _strips(section: Section, number: int, drawn: Figures) -> Iterator[Pictures]
     if drawn.strip is None or not any(shot.images for shot in drawn.strip.shots):
         return
     strip, name = drawn.strip, section.dataset.spec
-    width = LYING[0] / IN_ROW
-    rows = max(1, int((LYING[1] - CAPTION) / (width * strip.aspect + LETTERED)))
-    count = rows * IN_ROW
+    columns, count = _arranged(len(strip.shots), strip.aspect)
     length = f"Width of a picture: {strip.length:.3g}."
     high = _limit(strip.limit)
     curved = (
@@ -97,10 +92,20 @@ def _strips(section: Section, number: int, drawn: Figures) -> Iterator[Pictures]
                 f"{key}-{number}-{part}",
                 runs(told),
                 tuple(_picture(strip.shots[place], number, place, style) for place in some),
-                min(IN_ROW, len(strip.shots)),
+                columns,
                 strip.aspect,
                 _bar(strip) if style else None,
             )
+
+
+def _arranged(count: int, aspect: float) -> tuple[int, int]:
+    """Return how many pictures stand in a row and on a page."""
+    columns = rows = 1
+    for columns in IN_ROW:
+        rows = max(1, int((LYING[1] - WORDS) / (LYING[0] / columns * aspect + LETTERED)))
+        if rows * columns >= count:
+            break
+    return max(min(columns, count), 4), rows * columns
 
 
 def _picture(shot: Shot, number: int, place: int, style: int) -> Picture:
@@ -138,7 +143,7 @@ def _compared(section: Section, number: int) -> Iterator[Block]:
     yield from numbers(
         f"compared-{number}",
         caption,
-        [scheme(row.position, row.scheme) for row in table.rows],
+        [scheme(row.position, row.scheme, linked=True) for row in table.rows],
         named(names, size),
         [heading for heading, _ in table.headings],
         [() if row.trouble else tuple(value(entry, place=False) for entry in row.entries) for row in table.rows],

@@ -2,16 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from testbed.errors import TestbedError
 from testbed.harness.results import Results
+from testbed_reports.pdf.pool import Lost, Pool
 from testbed_reports.pdf.strips import Strip, strip
 from testbed_reports.styles import Style
 from testbed_reports.view import Drawing, Page
-
-#: Seconds that the pictures of a dataset may take.
-LIMIT: Final = 600.0
 
 
 @dataclass(frozen=True)
@@ -33,40 +30,32 @@ class Figures:
     reason: str = ""
 
 
-def figures(results: Results, page: Page, jobs: int | None = None) -> tuple[Figures, ...]:
-    """Return the figures of each dataset.
-
-    Parameters
-    ----------
-    results, page
-        Results, and the page made of them.
-    jobs
-        Worker processes; one a processor if None. With 1 the figures are drawn in this process.
-
-    Raises
-    ------
-    TestbedError
-        Workers do not come up.
-    """
-    from testbed.harness.run import processors
-
+def figures(results: Results, page: Page, pool: Pool) -> tuple[Figures, ...]:
+    """Return the figures of each dataset of a page of results."""
     tasks = [(results, section.dataset.spec, section.drawings, page.styles) for section in page.sections]
-    count = min(jobs or processors(), len(tasks))
-    return tuple(drawn(*task) for task in tasks) if count <= 1 else _in_workers(tasks, count)
+    found = pool.map(drawn, tasks)
+    return tuple(
+        Figures(None, _plots(task[2], task[3]), one.reason) if isinstance(one, Lost) else one
+        for one, task in zip(found, tasks, strict=True)
+    )
 
 
 def drawn(results: Results, dataset: str, drawings: Sequence[Drawing], styles: Sequence[Style]) -> Figures:
     """Draw the figures of a dataset; runs in a worker."""
-    from testbed_reports.plots import draw
-
-    plots = tuple(
-        tuple(map(standing_alone, draw(drawing.panels, styles, f"plot-{number}")))
-        for number, drawing in enumerate(drawings)
-    )
+    plots = _plots(drawings, styles)
     try:
         return Figures(strip(results, dataset), plots)
     except TestbedError as error:
         return Figures(None, plots, str(error))
+
+
+def _plots(drawings: Sequence[Drawing], styles: Sequence[Style]) -> tuple[tuple[str, ...], ...]:
+    from testbed_reports.plots import draw
+
+    return tuple(
+        tuple(map(standing_alone, draw(drawing.panels, styles, f"plot-{number}")))
+        for number, drawing in enumerate(drawings)
+    )
 
 
 def standing_alone(svg: str) -> str:
@@ -79,41 +68,6 @@ def swatch(style: Style) -> str:
     line = f'<path d="M0,6H24" stroke="{style.colour}" stroke-width="1.8"/>'
     marker = f'<path transform="translate(12 6) scale(4.2)" d="{style.outline}" fill="{style.colour}"/>'
     return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 24 12">{line}{marker}</svg>'
-
-
-def _in_workers(
-    tasks: Sequence[tuple[Results, str, Sequence[Drawing], Sequence[Style]]], count: int
-) -> tuple[Figures, ...]:
-    from testbed.harness.workers import Died, Returned, TimedOut, Workers
-
-    found: dict[int, Figures] = {}
-    waiting = list(enumerate(tasks))
-    with Workers(count, LIMIT) as workers:
-        while waiting or workers.tasks:
-            while waiting and workers.free > 0:
-                number, task = waiting.pop(0)
-                workers.submit(number, drawn, *task)
-            for outcome in workers.wait(1.0):
-                match outcome:
-                    case Returned(task=number, value=value):
-                        found[number] = value
-                    case TimedOut(task=number):
-                        found[number] = _without_pictures(tasks[number], f"drawing takes more than {LIMIT:g} s")
-                    case Died(task=number, reason=reason):
-                        found[number] = _without_pictures(tasks[number], reason)
-    return tuple(found[number] for number in range(len(tasks)))
-
-
-def _without_pictures(task: tuple[Results, str, Sequence[Drawing], Sequence[Style]], reason: str) -> Figures:
-    """Return a dataset's plots, where drawing its surfaces ended a worker."""
-    from testbed_reports.plots import draw
-
-    _, _, drawings, styles = task
-    plots = tuple(
-        tuple(map(standing_alone, draw(drawing.panels, styles, f"plot-{number}")))
-        for number, drawing in enumerate(drawings)
-    )
-    return Figures(None, plots, reason)
 
 
 def files(page: Page, drawn: Sequence[Figures]) -> Mapping[str, bytes]:

@@ -13,6 +13,7 @@ BREAK: Final = "\N{ZERO WIDTH SPACE}"
 LONGEST: Final = 24
 #: Characters of names after which a line may break.
 _AFTER: Final = re.compile(r"([\[(,=;:/\\|&_])(?=[^\s])")
+_NUMBER: Final = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 _WHITE: Final = re.compile(r"\s+")
 #: A run without spaces, hyphens and breaks.
 _RUN: Final = re.compile(rf"[^\s{BREAK}\N{{SOFT HYPHEN}}-]{{{LONGEST + 1},}}")
@@ -72,6 +73,11 @@ def _broken(run: re.Match[str]) -> str:
 def number(text: str) -> str:
     """Return a number with true minus signs, which no line breaks after."""
     return text.replace("-", "\N{MINUS SIGN}")
+
+
+def numberless(text: str) -> str:
+    """Return what texts have in common that differ in their numbers only."""
+    return _NUMBER.sub("0", text)
 
 
 def shortened(text: str, length: int) -> str:

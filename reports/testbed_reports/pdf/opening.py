@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from testbed_reports.findings import Findings
-from testbed_reports.formatting import NOTHING
+from testbed_reports.formatting import NOTHING, listed
 from testbed_reports.pdf import widths
 from testbed_reports.pdf.blocks import (
     LYING,
@@ -13,13 +13,13 @@ from testbed_reports.pdf.blocks import (
     Bullets,
     Cell,
     Column,
+    Folio,
     Heading,
     Link,
     Name,
     Paragraph,
     Run,
     Runs,
-    Sheet,
     Small,
     Strong,
     Swatch,
@@ -51,13 +51,24 @@ def mark(page: Page, verdict: str, *, word: bool = True) -> Verdict:
     return Verdict(page.symbols.get(verdict, "·"), verdict, word)
 
 
-def scheme(position: int, text: str) -> Cell:
-    """Return the cell of a scheme: its line and marker, and its text."""
-    return Cell(runs(Swatch(position), Link(scheme_label(position), text)), align="left")
+def scheme(position: int, text: str, *, linked: bool = False) -> Cell:
+    """Return the cell of a scheme: its line and marker, and its text, which may lead to its section.
+
+    A link makes typst set its cell again whenever a page number moves, so that large tables have none.
+    """
+    return Cell(runs(Swatch(position), Link(scheme_label(position), text) if linked else Name(text)))
 
 
-def summary(page: Page) -> Iterator[Block]:
-    """Yield the chapter with what stands out."""
+def opening(page: Page) -> Iterator[Folio]:
+    """Yield the pages: the words upright, the wide tables lying."""
+    yield Folio(tuple(_summary(page)))
+    yield Folio(tuple(_verdicts(page)), lying=True)
+    if page.sections:
+        yield Folio(tuple(_orders(page)), lying=True)
+
+
+def _summary(page: Page) -> Iterator[Block]:
+    """Yield what stands out."""
     yield Heading(1, runs("Summary"), "summary")
     yield Bullets(tuple(runs(sentence) for sentence in page.sentences))
     if page.contests:
@@ -118,7 +129,7 @@ def _ranking(page: Page, ranking: Ranking, number: int) -> Iterator[Block]:
     yield from numbers(
         f"ranking-table-{number}",
         caption,
-        [scheme(row.position, row.scheme) for row in ranking.rows],
+        [scheme(row.position, row.scheme, linked=True) for row in ranking.rows],
         named([row.scheme for row in ranking.rows], 7.5),
         ["joins", *headings, "order"],
         [(row.continuity, *map(value, row.factors), value(row.orders)) for row in ranking.rows],
@@ -164,9 +175,8 @@ def _findings(found: Findings) -> Iterator[Block]:
             )
 
 
-def verdicts(page: Page) -> Iterator[Block]:
-    """Yield the chapter with the matrix of claims."""
-    yield Sheet(lying=True)
+def _verdicts(page: Page) -> Iterator[Block]:
+    """Yield the matrix of claims."""
     yield Heading(1, runs("Verdicts on claims"), "verdicts")
     legend: list[str | Run] = []
     for verdict, meaning in page.legend:
@@ -178,7 +188,7 @@ def verdicts(page: Page) -> Iterator[Block]:
     size = 7.5
     rows = tuple(
         (
-            scheme(row.position, row.scheme),
+            scheme(row.position, row.scheme, linked=True),
             *(Cell(tuple(_judgements(page, cell))) if cell else NOTHING for cell in row.cells),
         )
         for row in page.matrix.rows
@@ -204,16 +214,22 @@ def _judgements(page: Page, cell: Sequence[Judgement]) -> Iterator[Run]:
             yield Small(f" {where}")
 
 
-def orders(page: Page) -> Iterator[Block]:
-    """Yield the chapter with the orders of convergence of all schemes on all datasets."""
+def _orders(page: Page) -> Iterator[Block]:
+    """Yield the orders of convergence of all schemes on all datasets."""
     yield Heading(1, runs("Orders of convergence"), "orders")
-    kept = [number for number in range(len(page.sections)) if any(row[number].order.text for row in page.overview)]
+    every = range(len(page.sections))
+    kept = [number for number in every if any(row[number].order.place or row[number].verdict for row in page.overview)]
+    names = [page.sections[number].dataset.spec for number in every if number not in kept]
+    if names:
+        yield Paragraph(runs(f"No order of the distance can be told on {listed(names)}."), small=True)
+    if not kept:
+        return
     yield from numbers(
         "orders-table",
         "Order at which the largest distance to the exact surface falls with the longest edge, with its interval below "
         "and the symbol of the verdict on the claimed order. A dash: no order can be told; the appendix has the "
         "reasons. Nothing: the scheme takes other faces than the dataset has.",
-        [scheme(position, text) for position, text in enumerate(page.schemes)],
+        [scheme(position, text, linked=True) for position, text in enumerate(page.schemes)],
         named(page.schemes, 7.0),
         [page.sections[number].dataset.spec for number in kept],
         [tuple(_overview(page, row[number]) for number in kept) for row in page.overview],

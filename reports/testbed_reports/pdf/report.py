@@ -2,9 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from testbed.plugins.report import Report
+
+if TYPE_CHECKING:
+    from testbed.harness.results import Results
 
 #: What the PDF is called in a results directory.
 NAME: Final = "report.pdf"
@@ -27,13 +30,11 @@ class PdfReport(Report):
         TestbedError
             The directory holds no results, or typst is not installed.
         """
-        # pandas, matplotlib and typst take their time, and the registry imports this module
+        # pandas and matplotlib take their time, and the registry imports this module
         from testbed.harness.results import read_results
-        from testbed_reports.pdf.document import document
-        from testbed_reports.pdf.typesetting import typeset
 
         path = directory / NAME
-        content = typeset(document(read_results(directory)))
+        content = made(read_results(directory))
         temporary = path.with_name(f".{NAME}.part")
         try:
             temporary.write_bytes(content)
@@ -41,3 +42,26 @@ class PdfReport(Report):
         finally:
             temporary.unlink(missing_ok=True)
         return (path,)
+
+
+def made(results: "Results", jobs: int | None = None) -> bytes:
+    """Return the PDF of results, finished or not; its surfaces are fitted again and drawn.
+
+    Parameters
+    ----------
+    results
+        The results.
+    jobs
+        Worker processes; one a processor if None. The bytes do not depend on it.
+    """
+    from testbed_reports.pdf.document import document
+    from testbed_reports.pdf.figures import figures
+    from testbed_reports.pdf.pool import Pool
+    from testbed_reports.pdf.scheme_pages import descriptions
+    from testbed_reports.pdf.typesetting import typeset
+    from testbed_reports.view import view
+
+    page = view(results)
+    with Pool(jobs) as pool:
+        drawn = figures(results, page, pool)
+        return typeset(document(results, page, drawn, descriptions(results)), pool)

@@ -17,6 +17,7 @@ from testbed_reports.pdf.blocks import (
     Cell,
     Column,
     Facts,
+    Folio,
     Heading,
     Link,
     Name,
@@ -24,7 +25,6 @@ from testbed_reports.pdf.blocks import (
     Picture,
     Pictures,
     Runs,
-    Sheet,
     Swatch,
     Table,
     runs,
@@ -49,7 +49,8 @@ SHOWN: Final = (
 #: Pictures in a row, and all that are shown of a scheme.
 IN_ROW: Final = 6
 MOST_PICTURES: Final = 12
-#: As many reasons are told of a verdict; more are counted.
+#: As many datasets are named, and reasons told, of a verdict; more are counted.
+MOST_NAMED: Final = 4
 MOST_REASONS: Final = 3
 
 
@@ -81,12 +82,11 @@ def _description(planned: PlannedScheme, sources: Sources) -> Description:
 
 def schemes(
     page: Page, described: Sequence[Description], planned: Sequence[PlannedScheme], drawn: Sequence[Figures]
-) -> Iterator[Block]:
-    """Yield the chapter."""
-    yield Sheet(lying=False)
-    yield Heading(1, runs("Schemes"), "schemes")
+) -> Iterator[Folio]:
+    """Yield the pages of each scheme."""
     for standing, description, plan in zip(page.matrix.rows, described, planned, strict=True):
-        yield from _scheme(page, standing, description, plan, drawn)
+        chapter = () if standing.position else (Heading(1, runs("Schemes"), "schemes"),)
+        yield Folio((*chapter, *_scheme(page, standing, description, plan, drawn)))
 
 
 def _scheme(
@@ -151,27 +151,33 @@ def _verdicts(page: Page, standing: Standing) -> Iterator[Block]:
     if not groups:
         yield Paragraph(runs("No verdict on its claims can be given yet."), small=True)
         return
-    size = 7.5
-    ordered = sorted(groups.items(), key=lambda item: rank(item[0][1]))
-    rows = tuple(
-        (claim, Cell((mark(page, verdict),)), _datasets(page, some), _measured(some), _reasons(verdict, some))
-        for (claim, verdict), some in ordered
-    )
-    columns = (Column(share=1.1), Column(width=66.0), Column(share=1.6), Column(share=1.0), Column(share=2.0))
+    # claims of which the same is to be told share a row
+    rows: dict[tuple[str, Cell | str, str, str], list[str]] = {}
+    for (claim, verdict), some in sorted(groups.items(), key=lambda item: rank(item[0][1])):
+        judged = {one.dataset for one in standing.details if one.claim == claim}
+        told = (verdict, _datasets(page, some, len(judged)), _measured(some), _reasons(verdict, some))
+        rows.setdefault(told, []).append(claim)
+    columns = (Column(share=1.2), Column(width=66.0), Column(share=1.8), Column(share=1.0), Column(share=2.4))
     yield Table(
         f"claims-{standing.position}",
         runs("Claims of ", Name(standing.scheme), " with their verdicts, and the range of what was measured."),
         columns,
         (("claim", "verdict", "datasets", "measured", "reason"),),
-        rows,
-        size,
+        tuple(
+            (", ".join(claims), Cell((mark(page, verdict),)), where, measured, reasons)
+            for (verdict, where, measured, reasons), claims in rows.items()
+        ),
+        7.5,
     )
 
 
-def _datasets(page: Page, some: Sequence[Detail]) -> str | Cell:
+def _datasets(page: Page, some: Sequence[Detail], judged: int) -> str | Cell:
+    """Return on which datasets a verdict was given; many are counted, if they are most: the others have rows."""
     named = [one.dataset for one in some if one.dataset]
     if not named:
         return NOTHING
+    if len(named) > MOST_NAMED and 2 * len(named) > judged:
+        return f"all {judged}" if len(named) == judged else f"{len(named)} of {judged}, all but those of other rows"
     number = {section.dataset.spec: place for place, section in enumerate(page.sections)}
     parts: Runs = ()
     for place, name in enumerate(named):
@@ -199,7 +205,11 @@ def _is_number(entry: Entry) -> bool:
 def _reasons(verdict: str, some: Sequence[Detail]) -> str:
     if verdict == "met":
         return ""
-    reasons = list(dict.fromkeys(one.reason for one in some if one.reason))
+    different: dict[str, str] = {}
+    for one in some:
+        if one.reason:
+            different.setdefault(lettering.numberless(one.reason), one.reason)
+    reasons = list(different.values())
     more = f"; and {len(reasons) - MOST_REASONS} more" if len(reasons) > MOST_REASONS else ""
     return "; ".join(reasons[:MOST_REASONS]) + more
 
@@ -220,7 +230,7 @@ def _numbers(page: Page, standing: Standing) -> Iterator[Block]:
         names.append(section.dataset.spec)
         shown = (entries.get((group, heading), Entry(NOTHING)) for group, heading, _ in SHOWN)
         rows.append(() if row.trouble else (str(section.level), *(value(entry, place=False) for entry in shown)))
-        troubles.append(row.trouble)
+        troubles.append(row.trouble and f"{row.trouble.partition(': ')[0]}; the appendix has the reason")
     if not rows:
         return
     size = 7.5

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from testbed_reports.pdf import lettering
-from testbed_reports.pdf.blocks import Cell, Small, Strong, Text
+from testbed_reports.pdf.blocks import Break, Cell, Link, Name, Run, Small, Strong, Swatch, Text, Verdict
 
 #: Width of a letter over the size of the type: of digits and words, of words that stand out, and of names.
 LETTER: Final = 0.5
@@ -35,31 +35,50 @@ def _width(cell: str | Cell, size: float) -> float:
     if cell.span > 1:
         return 0.0
     sizes = [
-        (run.text, 0.8 * size if isinstance(run, Small) else 1.06 * size)
+        len(run.text) * (0.8 if isinstance(run, Small) else 1.06) * LETTER * size
         for run in cell.runs
         if isinstance(run, Text | Strong | Small)
     ]
-    # a place below a number breaks between its words
-    lengths = [max(map(len, text.split()), default=0) if letters < size else len(text) for text, letters in sizes]
-    return max((length * LETTER * letters for length, (_, letters) in zip(lengths, sizes, strict=True)), default=0.0)
+    return max(sizes, default=0.0) + (size if any(isinstance(run, Verdict) for run in cell.runs) else 0.0)
+
+
+def is_line(cell: str | Cell, width: float, size: float) -> bool:
+    """Whether a cell takes one line of a column."""
+    if isinstance(cell, str):
+        return len(cell) * LETTER * size <= width
+    if cell.span > 1 or any(isinstance(run, Break) or (isinstance(run, Small) and run.apart) for run in cell.runs):
+        return False
+    return sum(_length(run, size) for run in cell.runs) + GUTTER <= width
+
+
+def _length(run: Run, size: float) -> float:
+    if isinstance(run, Swatch):
+        return SWATCH
+    if isinstance(run, Break):
+        return 0.0
+    return len(lettering.printable(run.text)) * size * (NAMES if isinstance(run, Name | Link) else LETTER)
 
 
 def parts(widths: Sequence[float], room: float) -> list[range]:
-    """Return runs of neighbouring columns that fit into a room, about equally wide and as few as can be."""
-    total = sum(widths)
-    count = 1
-    while True:
-        found = _filled(widths, room, total / count)
-        if len(found) <= count or count >= len(widths):
-            return found
-        count += 1
+    """Return runs of neighbouring columns that fit into a room, as few as can be and about equally wide."""
+    fewest = len(_filled(widths, room))
+    total, widest = sum(widths), max(widths, default=0.0)
+    for share in range(1, 21):
+        found = _filled(widths, max(widest, total / fewest * (1.0 + share / 20.0)))
+        if len(found) <= fewest:
+            return (
+                found
+                if all(sum(widths[column] for column in part) <= room for part in found)
+                else _filled(widths, room)
+            )
+    return _filled(widths, room)
 
 
-def _filled(widths: Sequence[float], room: float, target: float) -> list[range]:
+def _filled(widths: Sequence[float], room: float) -> list[range]:
+    """Fill one part after the other; a column that is wider than the room has a part of its own."""
     found, start, used = [], 0, 0.0
     for column, width in enumerate(widths):
-        over = used + width > room or (used + 0.5 * width > target and used > 0.0)
-        if column > start and over:
+        if column > start and used + width > room:
             found.append(range(start, column))
             start, used = column, 0.0
         used += width
