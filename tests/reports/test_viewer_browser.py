@@ -1,5 +1,7 @@
 """The page in a browser: surfaces are drawn, coloured, turned together and asked for values; tables sort and filter."""
 
+import base64
+import io
 import re
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,14 +12,21 @@ import numpy as np
 import pytest
 from browser import DRAWING, Visit, playing, start, visit
 from hand_made_results import HOSTILE
+from PIL import Image
 from viewer_examples import DATASET, SCHEMES, shown_results
 
 from testbed import registry
 from testbed.geometry.curvature import analyse
+from testbed.geometry.surface import Surface
+from testbed.geometry.vectors import Float
+from testbed.harness.results import Results
 from testbed_reports.page import render
+from testbed_reports.rendering.camera import Camera
+from testbed_reports.rendering.colouring import Scale, Style
+from testbed_reports.rendering.picture import look, pixels
 from testbed_reports.view import view
 from testbed_reports.viewer.markup import STYLES
-from testbed_reports.viewer.model import scene
+from testbed_reports.viewer.model import Scene, scene
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Locator, Playwright
@@ -27,14 +36,35 @@ PIXELS = "canvas => canvas.toDataURL()"
 
 
 @pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def found() -> Results:
+    return shown_results(datasets=(DATASET, "torus"))
+
+
+@pytest.fixture(scope="module")
+def octahedron(found: Results) -> Scene:
+    return scene(found, DATASET, 40_000)
+
+
+@pytest.fixture(scope="module")
+def path(found: Results, octahedron: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page of two datasets with three surfaces each; on the second, one has a hostile name."""
-    results = shown_results(datasets=(DATASET, "torus"))
-    first, second = (scene(results, dataset, 40_000) for dataset in (DATASET, "torus"))
+    second = scene(found, "torus", 40_000)
     hostile = replace(second, cards=(replace(second.cards[0], scheme=HOSTILE), *second.cards[1:]))
     file = tmp_path_factory.mktemp("page") / "index.html"
-    file.write_text(render(view(results), (first, hostile)), "utf-8")
+    file.write_text(render(view(found), (octahedron, hostile)), "utf-8")
     return file
+
+
+def the_surface() -> Surface:
+    """The first surface of the page."""
+    return registry.scheme(SCHEMES[0]).fit(registry.dataset(DATASET).mesh(0))
+
+
+def camera_of(scene: Scene) -> Camera:
+    """The camera that a viewer begins with."""
+    azimuth, elevation = scene.view["azimuth"], scene.view["elevation"]
+    turned = Camera.around(np.zeros((1, 3)), azimuth, elevation)
+    return replace(turned, centre=tuple(scene.view["centre"]), width=scene.view["width"])
 
 
 @pytest.fixture(scope="module")
@@ -105,26 +135,34 @@ def test_every_colouring_draws_every_surface_differently(open_page: Visit) -> No
     assert all(len(set(pictures_)) == len(SCHEMES) for pictures_ in drawn.values())
 
 
-def test_curvature_has_the_colours_of_the_bar(open_page: Visit) -> None:
-    """Flat faces are grey, those of the sphere red: the middle and the upper half of the map."""
+def test_surfaces_look_as_in_pictures(open_page: Visit, octahedron: Scene) -> None:
+    """The same colours at nearly all pixels as the renderer's, which asks the patches themselves."""
     shown = viewer(open_page)
     shown.locator("[name=marks]").uncheck()
-    pictures(open_page, shown)
-    means = [
-        np.array(
-            one.evaluate(
-                """canvas => { const { width, height } = canvas; let sum = [0, 0, 0], count = 0;
-                const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
-                for (let k = 0; k < data.length; k += 4) if (data[k] + data[k + 1] + data[k + 2] < 760) {
-                  count += 1; for (let c = 0; c < 3; c++) sum[c] += data[k + c]; }
-                return sum.map((value) => value / count); }"""
-            )
-        )
-        for one in shown.locator(".card canvas").all()
-    ]
-    sphere, _, flat = means
-    assert np.ptp(flat) < 8.0
-    assert sphere[0] > sphere[2] + 20.0
+    drawn = {}
+    for style, _ in STYLES:
+        shown.locator("select").select_option(style)
+        drawn[style] = decoded(pictures(open_page, shown)[0])
+    size = min(drawn["gauss"].shape[:2])
+    groups: tuple[tuple[Style, ...], ...] = (
+        ("gauss", "mean", "thesis"),
+        ("isophotes", "zebra", "shaded"),
+        ("distance",),
+    )
+    for styles in groups:
+        seen = look(the_surface(), styles[0], size, camera_of(octahedron), registry.dataset(DATASET).surface)
+        for style in styles:
+            limits = (-4.0, 4.0) if style == "thesis" else octahedron.scales.get(style, (0.0, 1.0))
+            expected = pixels(seen, style, Scale(*limits))
+            difference = np.abs(drawn[style][:size, :size] - expected).max(axis=-1)
+            assert (expected.min(axis=-1) < 0.99).mean() > 0.3  # there is something in the picture
+            assert (difference > 0.1).mean() < 0.04, style
+
+
+def decoded(picture: str) -> Float:
+    """Colours from 0 to 1 of a picture, (H, W, 3)."""
+    with Image.open(io.BytesIO(base64.b64decode(picture.partition(",")[2]))) as image:
+        return np.asarray(image.convert("RGB"), dtype=np.float64) / 255.0
 
 
 def test_turning_one_turns_all_until_they_are_no_longer_linked(open_page: Visit) -> None:
@@ -178,9 +216,10 @@ def test_edges_marks_and_limits_change_the_picture_and_the_bar(open_page: Visit)
     assert float(shown.locator(".ticks span").last.inner_text()) == pytest.approx(high / 2)
 
 
-def test_values_at_a_place_are_those_of_the_surface(open_page: Visit) -> None:
+def test_values_at_a_place_are_those_of_the_surface(open_page: Visit, octahedron: Scene) -> None:
     shown = viewer(open_page)
-    point_at(shown.locator(".card canvas").first, 0.52, 0.58)
+    canvas = shown.locator(".card canvas").first
+    point_at(canvas, 0.52, 0.58)
     tip = shown.locator(".tip")
     assert tip.locator("b").inner_text() == SCHEMES[0]
     names = tip.locator("dt").all_inner_texts()
@@ -191,8 +230,7 @@ def test_values_at_a_place_are_those_of_the_surface(open_page: Visit) -> None:
 
     (face,) = (name for name in names if name.startswith("face"))
     place = np.array(numbers(texts[face]))
-    surface = registry.scheme(SCHEMES[0]).fit(registry.dataset(DATASET).mesh(0))
-    jet = surface.evaluate(np.array([int(face.split()[1])]), (place / place.sum())[None])
+    jet = the_surface().evaluate(np.array([int(face.split()[1])]), (place / place.sum())[None])
     analysis = analyse(jet)
     np.testing.assert_allclose(numbers(texts["point"]), jet.f[0], atol=3e-3)
     np.testing.assert_allclose(numbers(texts["normal"]), analysis.normal[0], atol=5e-3)
@@ -202,6 +240,10 @@ def test_values_at_a_place_are_those_of_the_surface(open_page: Visit) -> None:
     assert exact is not None
     distance = np.linalg.norm(jet.f - exact.closest(jet.f))
     np.testing.assert_allclose(numbers(texts["distance"]), distance, rtol=0.1, atol=1e-3)
+    # it is the place under the mouse, on the near side
+    camera = camera_of(octahedron)
+    np.testing.assert_allclose(camera.screen(jet.f, 100)[0, :2], [52.0, 58.0], atol=0.6)
+    assert analysis.normal[0] @ camera.towards > 0.0
 
 
 def test_hostile_names_are_text_everywhere(open_page: Visit) -> None:
@@ -235,8 +277,9 @@ def test_tables_sort_by_mouse_and_keyboard(open_page: Visit) -> None:
 
 def test_schemes_are_filtered_in_the_viewer(open_page: Visit) -> None:
     shown = viewer(open_page)
-    shown.locator("[name=schemes]").fill("niel")
-    assert [one.is_visible() for one in shown.locator(".card").all()] == [False, True, False]
+    for text, visible in (("niel", [False, True, False]), ("Man shir", [True, False, False]), ("", [True] * 3)):
+        shown.locator("[name=schemes]").fill(text)
+        assert [one.is_visible() for one in shown.locator(".card").all()] == visible
 
 
 def test_numbers_show_the_command_that_reproduces_them(open_page: Visit) -> None:

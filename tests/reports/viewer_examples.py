@@ -25,10 +25,11 @@ PLACE: Final = (3, (0.5, 0.25, 0.25))
 
 
 def placed(scheme: str, dataset: str, level: int) -> Outcome:
-    """Return a cell with places."""
+    """Return a cell with places, and a distance that tells schemes apart."""
     bary = ";".join(map(str, PLACE[1]))
     places = {"gauss_max_face": PLACE[0], "gauss_max_bary": bary, "gauss_min_face": -1, "gauss_min_bary": ""}
-    return good(scheme, dataset, level, epsilon_face=0, epsilon_bary="0;0.5;0.5", **places)
+    error = 0.01 * len(scheme)
+    return good(scheme, dataset, level, distance_max=error, epsilon_face=0, epsilon_bary="0;0.5;0.5", **places)
 
 
 def shown_results(
