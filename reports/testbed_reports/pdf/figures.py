@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from testbed.errors import TestbedError
 from testbed.harness.results import Results
+from testbed.harness.sources import Sources
 from testbed_reports.pdf.pool import Lost, Pool
 from testbed_reports.pdf.strips import Strip, strip
 from testbed_reports.styles import Style
@@ -30,9 +31,19 @@ class Figures:
     reason: str = ""
 
 
-def figures(results: Results, page: Page, pool: Pool) -> tuple[Figures, ...]:
-    """Return the figures of each dataset of a page of results."""
-    tasks = [(results, section.dataset.spec, section.drawings, page.styles) for section in page.sections]
+def figures(results: Results, page: Page, pool: Pool, sources: Sources | None = None) -> tuple[Figures, ...]:
+    """Return the figures of each dataset.
+
+    Parameters
+    ----------
+    results, page
+        Results, and the page made of them.
+    pool
+        Where they are drawn.
+    sources
+        Hashes of sources, if some are known already.
+    """
+    tasks = [(results, section.dataset.spec, section.drawings, page.styles, sources) for section in page.sections]
     found = pool.map(drawn, tasks)
     return tuple(
         Figures(None, _plots(task[2], task[3]), one.reason) if isinstance(one, Lost) else one
@@ -40,11 +51,13 @@ def figures(results: Results, page: Page, pool: Pool) -> tuple[Figures, ...]:
     )
 
 
-def drawn(results: Results, dataset: str, drawings: Sequence[Drawing], styles: Sequence[Style]) -> Figures:
+def drawn(
+    results: Results, dataset: str, drawings: Sequence[Drawing], styles: Sequence[Style], sources: Sources | None
+) -> Figures:
     """Draw the figures of a dataset; runs in a worker."""
     plots = _plots(drawings, styles)
     try:
-        return Figures(strip(results, dataset), plots)
+        return Figures(strip(results, dataset, sources), plots)
     except TestbedError as error:
         return Figures(None, plots, str(error))
 

@@ -66,6 +66,6 @@ class Pool:
                         found[number] = value
                     case TimedOut(task=number):
                         found[number] = Lost(f"it takes more than {LIMIT:g} s")
-                    case Died(task=number, reason=reason):
-                        found[number] = Lost(reason)
+                    case Died(task=number, reason=reason, log=log):
+                        found[number] = Lost("; ".join([reason, *log.strip().splitlines()[-1:]]))
         return [found[number] for number in range(len(tasks))]

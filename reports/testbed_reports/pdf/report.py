@@ -54,6 +54,7 @@ def made(results: "Results", jobs: int | None = None) -> bytes:
     jobs
         Worker processes; one a processor if None. The bytes do not depend on it.
     """
+    from testbed.harness.sources import Sources
     from testbed_reports.pdf.document import document
     from testbed_reports.pdf.figures import figures
     from testbed_reports.pdf.pool import Pool
@@ -61,7 +62,7 @@ def made(results: "Results", jobs: int | None = None) -> bytes:
     from testbed_reports.pdf.typesetting import typeset
     from testbed_reports.view import view
 
-    page = view(results)
+    page, sources = view(results), Sources()
     with Pool(jobs) as pool:
-        drawn = figures(results, page, pool)
-        return typeset(document(results, page, drawn, descriptions(results)), pool)
+        described = descriptions(results, sources)
+        return typeset(document(results, page, figures(results, page, pool, sources), described), pool)

@@ -64,9 +64,8 @@ class Description:
     remark: str
 
 
-def descriptions(results: Results) -> tuple[Description, ...]:
+def descriptions(results: Results, sources: Sources) -> tuple[Description, ...]:
     """Return what the schemes of a plan say of themselves, as far as they are registered here."""
-    sources = Sources()
     return tuple(_description(one, sources) for one in results.plan.schemes)
 
 

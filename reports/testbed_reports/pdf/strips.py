@@ -11,6 +11,7 @@ from testbed import registry
 from testbed.geometry.surface import Surface
 from testbed.geometry.vectors import Float
 from testbed.harness.results import Results
+from testbed.harness.sources import Sources
 from testbed_reports.rendering.camera import Camera
 from testbed_reports.rendering.colouring import Scale, Style
 from testbed_reports.rendering.facets import facets_of
@@ -79,10 +80,20 @@ class Strip:
     aspect: float
 
 
-def strip(results: Results, dataset: str, size: int = SIZE) -> Strip | None:
-    """Draw the surfaces of a dataset at the level that reports show; None if no scheme is planned there."""
+def strip(results: Results, dataset: str, sources: Sources | None = None, size: int = SIZE) -> Strip | None:
+    """Draw the surfaces of a dataset at the level that reports show; None if no scheme is planned there.
+
+    Parameters
+    ----------
+    results, dataset
+        The results, and the text of the dataset.
+    sources
+        Hashes of sources, if some are known already.
+    size
+        Pixels along a side of a picture.
+    """
     found, corners, kept = [], [np.empty((0, 3))], 0
-    for one in shown_surfaces(results, dataset):
+    for one in shown_surfaces(results, dataset, sources=sources):
         if one.surface is not None:
             corners.append(_extremes(one.surface))
             kept += one.surface.patch_count

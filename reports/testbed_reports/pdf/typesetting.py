@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 SHARED: Final = "blocks.typ"
 FOLIO: Final = "folio.typ"
 WHOLE: Final = "binding.typ"
+#: Compilations that typst keeps what it has set for.
+KEPT: Final = 10
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,7 @@ def leaves(document: Document, pool: Pool) -> list[Leaves]:
 def set_folio(folio: str, images: Mapping[str, bytes]) -> Leaves:
     """Set a folio, given as JSON, with the images it shows; runs in a worker."""
     found, warned, places = _compiled(FOLIO, {**images, "folio.json": folio.encode()}, "pdf")
+    _forget()
     return Leaves(found[0], places, tuple(warned))
 
 
@@ -161,6 +164,14 @@ def _compiled(
     # one page or a PDF comes as bytes, several pages as a list
     made: list[bytes] = found if isinstance(found, list) else [found or b""]
     return made, [str(one.message) for one in warned], json.loads(told)
+
+
+def _forget() -> None:
+    """Let typst drop what it keeps for the next compilation: it does so with what ten have not asked for."""
+    import typst
+
+    for _ in range(KEPT + 1):
+        typst.Compiler(b"nothing", font_paths=_fonts()).compile(format="pdf")
 
 
 @cache
