@@ -106,7 +106,8 @@ class CommandBar {
     const row = cell.closest("tr");
     const headings = cell.cellIndex === undefined || cell.colSpan > 1 ? null : [...cell.closest("table").tHead.rows].at(-1).cells;
     const exact = cell.querySelector("[title]");
-    this.what.textContent = [row && row.cells[0].textContent.trim(), headings && headings[cell.cellIndex].textContent.trim(), exact && exact.title]
+    const heading = headings && headings[cell.cellIndex];
+    this.what.textContent = [row && row.cells[0].textContent.trim(), heading && (heading.title || heading.textContent.trim()), exact && exact.title]
       .filter(Boolean).join(" · ");
     this.code.textContent = commandFor(cell, this.run);
     this.copy.textContent = "Copy";
