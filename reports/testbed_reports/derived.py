@@ -1,4 +1,4 @@
-"""Published figures that no cell of a run holds: what an adaptive approximation ends with, and what patches cost."""
+"""Published figures that no cell of a run holds: of approximations, costs, ways of surfaces, and constructions."""
 
 import dataclasses
 import math
@@ -8,7 +8,7 @@ from typing import Final
 
 from testbed.errors import TestbedError
 from testbed_reports.cost_tables import cost_rows
-from testbed_reports.published import Agreement, PublishedRow, rounds_to
+from testbed_reports.published import Agreement, PublishedRow, comes_out, farthest
 from testbed_reports.published_table import DerivedFigure
 
 #: Seconds that an approximation may take.
@@ -17,10 +17,21 @@ LIMIT: Final = 600.0
 
 @dataclass(frozen=True)
 class Measured:
-    """Our number for a figure; NaN with the reason why there is none."""
+    """Our number for a figure; NaN with the reason why there is none.
+
+    Parameters
+    ----------
+    value
+        The number; of several the one farthest from what is printed.
+    reason
+        Why there is none.
+    values
+        All of several numbers.
+    """
 
     value: float
     reason: str = ""
+    values: tuple[float, ...] = ()
 
 
 def measure_derived(figures: Sequence[DerivedFigure], jobs: int | None = None) -> tuple[Measured, ...]:
@@ -36,20 +47,29 @@ def measure_derived(figures: Sequence[DerivedFigure], jobs: int | None = None) -
     wanted = sorted({(one.dataset, one.scheme, one.epsilon) for one in figures if one.source == "approximation"})
     found = dict(zip(wanted, _approximated(wanted, jobs), strict=True))
     costs = _costs(sorted({one.dataset for one in figures if one.source == "cost"}))
-    return tuple(
-        _of_cost(one, costs) if one.source == "cost" else _of_history(one, found[one.dataset, one.scheme, one.epsilon])
-        for one in figures
-    )
+    measured = []
+    for one in figures:
+        match one.source:
+            case "approximation":
+                measured.append(_of_history(one, found[one.dataset, one.scheme, one.epsilon]))
+            case "cost":
+                measured.append(_of_cost(one, costs))
+            case "surface":
+                measured.append(_of_surface(one))
+            case "construction":
+                measured.append(_of_construction(one))
+    return tuple(measured)
 
 
 def approximation(dataset: str, scheme: str, epsilon: float) -> tuple[Mapping[str, float], str]:
     """Return the last step's columns and, where the bound was not reached, why; runs in a worker."""
     from testbed import registry
     from testbed.approximation.approximate import Target, approximate
+    from testbed.approximation.templates import Template
 
     target = Target(math.radians(epsilon), None, "sampled")
     try:
-        done = approximate(registry.dataset(dataset), registry.scheme(scheme), target)
+        done = approximate(registry.dataset(dataset), registry.scheme(scheme), target, splitting=Template())
     except TestbedError as error:
         return {}, str(error)
     last = {} if not done.history else dataclasses.asdict(done.history[-1])
@@ -97,6 +117,29 @@ def _of_cost(figure: DerivedFigure, costs: Mapping[tuple[str, str, str], float])
     )
 
 
+def _of_surface(figure: DerivedFigure) -> Measured:
+    from testbed import registry
+
+    try:
+        surface = registry.scheme(figure.scheme).fit(registry.dataset(figure.dataset).mesh(0))
+    except TestbedError as error:
+        return Measured(math.nan, str(error))
+    if figure.column not in surface.branches:
+        return Measured(math.nan, f"{figure.scheme} does not count {figure.column}")
+    return Measured(float(surface.branches[figure.column]))
+
+
+def _of_construction(figure: DerivedFigure) -> Measured:
+    from testbed_reports.constructions import CONSTRUCTIONS
+
+    if figure.column not in CONSTRUCTIONS:
+        return Measured(math.nan, f"there is no construction {figure.column}")
+    values = tuple(CONSTRUCTIONS[figure.column]())
+    if len(values) != len(figure.printed.split()):
+        return Measured(math.nan, f"{figure.column} are {len(values)} numbers")
+    return Measured(farthest(values, figure.printed), "", values)
+
+
 def _costs(datasets: Iterable[str]) -> Mapping[tuple[str, str, str], float]:
     """Return our counts by dataset, patches and quantity."""
     from testbed import registry
@@ -114,7 +157,7 @@ def compare_derived(figures: Sequence[DerivedFigure], measured: Sequence[Measure
     for figure, ours in zip(figures, measured, strict=True):
         if math.isnan(ours.value):
             agreement: Agreement = "no value"
-        elif rounds_to(ours.value, figure.printed):
+        elif comes_out(ours.values or (ours.value,), figure.printed, figure.within):
             agreement = "agrees"
         else:
             agreement = "differs" if figure.explanation else "unexplained"
@@ -122,7 +165,14 @@ def compare_derived(figures: Sequence[DerivedFigure], measured: Sequence[Measure
         taken = {name: getattr(figure, name) for name in names}
         rows.append(
             PublishedRow(
-                **taken, measured=ours.value, low=math.nan, high=math.nan, agreement=agreement, reason=ours.reason
+                **taken,
+                measured=ours.value,
+                low=math.nan,
+                high=math.nan,
+                agreement=agreement,
+                reason=ours.reason,
+                within=math.nan if figure.within is None else figure.within,
+                ours=" ".join(map(repr, ours.values)) if len(ours.values) > 1 else "",
             )
         )
     return tuple(rows)

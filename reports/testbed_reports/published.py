@@ -48,6 +48,11 @@ class PublishedRow:
         See :data:`Agreement`.
     reason
         Why nothing was measured; else empty.
+    within
+        How far ours may be off; NaN for half a unit of the last printed digit.
+    ours
+        Where several numbers are printed, all of ours, with blanks between them; ``measured`` is then the one that is
+        farthest off.
     """
 
     paper: str
@@ -65,18 +70,67 @@ class PublishedRow:
     data: DataStatus
     explanation: str
     reason: str
+    within: float = math.nan
+    ours: str = ""
+
+    @property
+    def difference(self) -> float:
+        """Our number less the printed one, of several the one farthest off; NaN if there is none."""
+        return self.measured - float(self._compared)
+
+    @property
+    def _compared(self) -> str:
+        """The printed number that ours is compared with."""
+        numbers = self.printed.split()
+        if not self.ours:
+            return numbers[0]
+        return numbers[_farthest([float(number) for number in self.ours.split()], numbers)]
+
+    @property
+    def verdict(self) -> str:
+        """The agreement in words; differences that are due to data that are lost are called so."""
+        return "data lost" if self.agreement == "differs" and self.data == "lost" else self.agreement
+
+    @property
+    def shown_printed(self) -> str:
+        """The printed number, or how many they are."""
+        numbers = self.printed.split()
+        return self.printed if len(numbers) == 1 else f"{len(numbers)} numbers"
+
+    @property
+    def shown_difference(self) -> str:
+        """The difference with two digits."""
+        if math.isnan(self.difference):
+            return "–"
+        return "0" if self.difference == 0.0 else f"{self.difference:+.2g}"
 
     @property
     def shown(self) -> str:
         """Our number with two digits more than the printed one, counts as they are, orders with their interval."""
         if math.isnan(self.measured):
             return "–"
-        digits = decimals(self.printed) + 2
+        if self.ours and self.agreement == "agrees":
+            return "the same"
+        digits = decimals(self._compared) + 2
         if not math.isnan(self.low):
             return f"{self.measured:.{digits}f} [{self.low:.{digits}f}, {self.high:.{digits}f}]"
         if self.measured.is_integer():
             return f"{self.measured:.0f}"
         return f"{self.measured:.{digits}f}" if abs(self.measured) >= 10.0**-digits else f"{self.measured:.3g}"
+
+
+def subject(row: PublishedRow) -> str:
+    """What a figure was measured on: ``flat on octahedron, level 0; data given``."""
+    if not row.scheme:
+        return row.dataset
+    bound = row.level.startswith("epsilon")
+    levels = f", {row.level}" if bound else f", level{'s' if ' ' in row.level else ''} {row.level}" if row.level else ""
+    return f"{row.scheme} on {row.dataset}{levels}" + ("" if row.data == "general" else f"; data {row.data}")
+
+
+def remark(row: PublishedRow) -> str:
+    """What there is to say of a figure: why ours is another, or why there is none; else empty."""
+    return row.reason if row.agreement == "no value" else row.explanation
 
 
 def published_plan(figures: Sequence[Figure]) -> "Plan":
@@ -139,6 +193,7 @@ def _row(figure: Figure, results: "Results") -> PublishedRow:
         high=high,
         agreement=agreement,
         reason=reason,
+        within=math.nan if figure.within is None else figure.within,
     )
 
 
@@ -174,7 +229,7 @@ def _agreement(figure: Figure, measured: float, low: float, high: float) -> Agre
 
     if math.isnan(measured):
         return "no value"
-    agrees = rounds_to(measured, figure.printed)
+    agrees = comes_out([measured], figure.printed, figure.within)
     if figure.level is None:
         # an interval that holds the order above or below as well says nothing for this one
         estimate = OrderEstimate("estimated", measured, low, high)
@@ -202,6 +257,28 @@ def rounds_to(value: float, printed: str) -> bool:
     half = Decimal((0, (5,), int(number.as_tuple().exponent) - 1))
     # the shortest decimal that is this float: 2.45 is half-way, whatever its binary digits are
     return abs(Decimal(repr(value)) - number) <= half
+
+
+def comes_out(values: Sequence[float], printed: str, within: float | None = None) -> bool:
+    """Whether values are the printed numbers: at their digits, or within a distance."""
+    numbers = printed.split()
+    if len(numbers) != len(values):
+        return False
+    if within is None:
+        return all(rounds_to(value, number) for value, number in zip(values, numbers, strict=True))
+    return all(abs(value - float(number)) <= within for value, number in zip(values, numbers, strict=True))
+
+
+def farthest(values: Sequence[float], printed: str) -> float:
+    """Return of values the one that is farthest from its printed number; NaN if their numbers differ."""
+    numbers = printed.split()
+    return values[_farthest(values, numbers)] if values and len(values) == len(numbers) else math.nan
+
+
+def _farthest(values: Sequence[float], numbers: Sequence[str]) -> int:
+    apart = [abs(value - float(number)) for value, number in zip(values, numbers, strict=True)]
+    # NaN is farther than anything
+    return max(range(len(apart)), key=lambda place: math.inf if math.isnan(apart[place]) else apart[place])
 
 
 def write_published(directory: Path, rows: Iterable[PublishedRow]) -> Path:
@@ -232,7 +309,7 @@ def published_rows(directory: Path) -> tuple[PublishedRow, ...]:
     path = directory / NAME
     if not path.exists():
         return ()
-    numbers = ("measured", "low", "high")
+    numbers = ("measured", "low", "high", "within")
     try:
         with path.open(encoding="utf-8", newline="") as file:
             records = list(csv.DictReader(file, strict=True))

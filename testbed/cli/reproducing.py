@@ -16,11 +16,18 @@ from testbed.errors import TestbedError
 from testbed.harness.results import read_results
 from testbed.harness.run import TIMEOUT
 from testbed_reports.derived import compare_derived, measure_derived
-from testbed_reports.published import PublishedRow, compare, published_plan, write_published
-from testbed_reports.published_table import derived_of, figures_of, published_table
+from testbed_reports.published import PublishedRow, compare, published_plan, remark, subject, write_published
+from testbed_reports.published_table import NotRemade, derived_of, figures_of, not_remade_of, published_table
 from testbed_reports.redrawn import draw_again, pictures_of, records
+from testbed_reports.reproduction import write_reproduction
 
-_STYLES = {"agrees": "green", "differs": "yellow", "unexplained": "bold red", "no value": "bold red"}
+_STYLES = {
+    "agrees": "green",
+    "differs": "yellow",
+    "data lost": "yellow",
+    "unexplained": "bold red",
+    "no value": "bold red",
+}
 
 
 def reproduce_command(paper: str, directory: Path, jobs: int | None, *, as_json: bool) -> int:
@@ -33,7 +40,7 @@ def reproduce_command(paper: str, directory: Path, jobs: int | None, *, as_json:
     """
     console = wide(stderr=as_json)
     figures, derived = figures_of(paper), derived_of(paper)
-    pictures = pictures_of(paper)
+    pictures, absent = pictures_of(paper), not_remade_of(paper)
     if directory.exists() and not directory.is_dir():
         raise TestbedError(f"{directory} is a file: name a directory with -o")
     # a paper may have pictures only
@@ -57,33 +64,47 @@ def reproduce_command(paper: str, directory: Path, jobs: int | None, *, as_json:
         rows = (*rows, *compare_derived(derived, measure_derived(derived, jobs)))
     directory.mkdir(parents=True, exist_ok=True)
     written = write_published(directory, rows)
-    with console.status("pictures"):
-        drawn = draw_again(directory, pictures)
+    with console.status("pictures") as status:
+        drawn = draw_again(directory, pictures, note=lambda one: status.update(f"pictures: {one.paper}, {one.place}"))
+    page = write_reproduction(directory, rows, pictures, drawn, absent)
     if as_json:
-        numbers = [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
-        found = {"figures": numbers, "pictures": records(pictures, drawn), "written": str(written)}
+        numbers = [
+            {name: _plain(value) for name, value in {**dataclasses.asdict(row), "difference": row.difference}.items()}
+            for row in rows
+        ]
+        found = {
+            "figures": numbers,
+            "pictures": records(pictures, drawn),
+            "not_remade": [dataclasses.asdict(one) for one in absent],
+            "written": str(written),
+        }
         json.dump(found, sys.stdout, indent=1)
         sys.stdout.write("\n")
     else:
-        _print_rows(console, rows)
-        for path in (written, *drawn):
+        _print_rows(console, rows, absent)
+        for path in (written, page, *drawn):
             console.print(f"written: {path}", markup=False, soft_wrap=True)
     return int(any(row.agreement in ("unexplained", "no value") for row in rows))
 
 
-def _print_rows(console: Console, rows: tuple[PublishedRow, ...]) -> None:
+def _print_rows(console: Console, rows: tuple[PublishedRow, ...], absent: tuple[NotRemade, ...]) -> None:
     """Print the rows of each paper, a table for each surface, with the explanations as numbered notes at the end."""
     citations = published_table().citations
-    for paper in dict.fromkeys(row.paper for row in rows):
+    for paper in dict.fromkeys([*(row.paper for row in rows), *(one.paper for one in absent)]):
         own = [row for row in rows if row.paper == paper]
-        notes = {text: number for number, text in enumerate(dict.fromkeys(filter(None, map(_remark, own))), start=1)}
+        notes = {text: number for number, text in enumerate(dict.fromkeys(filter(None, map(remark, own))), start=1)}
         console.print(f"\n{paper}: {citations[paper]}\n", markup=False, highlight=False, soft_wrap=True)
-        for number, surface in enumerate(dict.fromkeys(map(_surface, own))):
-            here = [row for row in own if _surface(row) == surface]
+        for number, surface in enumerate(dict.fromkeys(map(subject, own))):
+            here = [row for row in own if subject(row) == surface]
             console.print(_table(surface, here, notes, header=number == 0))
             console.print()
         for text, number in notes.items():
             console.print(f"({number}) {text}", markup=False, highlight=False)
+        missing = [one for one in absent if one.paper == paper]
+        if missing:
+            console.print("\nnot made again:", highlight=False)
+        for one in missing:
+            console.print(f"  {one.place}: {one.what}. {one.reason}", markup=False, highlight=False)
         agreeing = sum(row.agreement == "agrees" for row in own)
         console.print(f"\n{agreeing} of {len(own)} agree at the printed digits")
 
@@ -95,27 +116,15 @@ def _table(surface: str, rows: list[PublishedRow], notes: dict[str, int], *, hea
     )
     for heading, width in (("printed in", 36), ("quantity", 32)):
         table.add_column(heading, width=width)
-    for heading, width in (("printed", 7), ("measured", 19)):
+    for heading, width in (("printed", 10), ("measured", 19), ("difference", 10)):
         table.add_column(heading, width=width, justify="right", no_wrap=True)
     table.add_column(no_wrap=True)
     for row in rows:
-        remark = _remark(row)
-        verdict = f"[{_STYLES[row.agreement]}]{row.agreement}{f' ({notes[remark]})' if remark else ''}[/]"
-        table.add_row(*map(escape, (row.place, row.quantity, row.printed, row.shown)), verdict)
+        told = remark(row)
+        verdict = f"[{_STYLES[row.verdict]}]{row.verdict}{f' ({notes[told]})' if told else ''}[/]"
+        cells = (row.place, row.quantity, row.shown_printed, row.shown, row.shown_difference)
+        table.add_row(*map(escape, cells), verdict)
     return table
-
-
-def _surface(row: PublishedRow) -> str:
-    """What a figure was measured on: ``flat on octahedron, level 0; data given``."""
-    if not row.scheme:
-        return row.dataset
-    bound = row.level.startswith("epsilon")
-    levels = f", {row.level}" if bound else f", level{'s' if ' ' in row.level else ''} {row.level}" if row.level else ""
-    return f"{row.scheme} on {row.dataset}{levels}" + ("" if row.data == "general" else f"; data {row.data}")
-
-
-def _remark(row: PublishedRow) -> str:
-    return row.reason if row.agreement == "no value" else row.explanation
 
 
 def _plain(value: str | float) -> str | float | None:

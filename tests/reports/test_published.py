@@ -7,6 +7,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -29,12 +30,14 @@ from testbed.harness.results import read_results
 from testbed.measures.continuity import edge_jumps
 from testbed.plugins.measure import Column
 from testbed_reports import published
-from testbed_reports.derived import compare_derived, measure_derived
+from testbed_reports.derived import Measured, compare_derived, measure_derived
 from testbed_reports.published import (
     Agreement,
     PublishedRow,
+    comes_out,
     compare,
     decimals,
+    farthest,
     published_rows,
     rounds_to,
     write_published,
@@ -47,6 +50,7 @@ from testbed_reports.published_table import (
     parse_table,
     published_table,
 )
+from testbed_reports.redrawn import pictures_of
 from testbed_schemes.boundary_curves.hermite import Hermite
 from testbed_schemes.boundary_curves.optimized import Optimized
 from testbed_schemes.cubic_interpolant import CubicInterpolant
@@ -130,6 +134,9 @@ def test_every_row_names_what_there_is() -> None:
         ("level = 0", 'level = "0"', "level is '0', and should be a int"),
         ('data = "given"', 'data = "guessed"', "one of given, reconstructed, lost, general"),
         ('paper = "somebody-2001"', 'paper = "nobody"', "no paper 'nobody'"),
+        ('printed = "8"', 'printed = "8 9"', "decimal number"),
+        ('printed = "8"', 'printed = "8"\nwithin = -1.0', "within is -1.0"),
+        ('printed = "8"', 'printed = "8"\nwithin = "0"', "within is '0'"),
         ('column = "faces"', 'colum = "faces"', "colum"),
         ('column = "faces"', "", "column"),
     ],
@@ -153,25 +160,35 @@ def test_an_unknown_paper_is_told_the_nearest() -> None:
 
 def quick(figures: tuple[DerivedFigure, ...]) -> tuple[DerivedFigure, ...]:
     """Leave out the approximations that take more than a second."""
-    return tuple(one for one in figures if one.source == "cost" or one.dataset == "ellipsoid")
+    return tuple(one for one in figures if one.source != "approximation" or one.dataset == "ellipsoid")
 
 
 def test_every_published_figure_comes_out_or_is_explained(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(reproducing, "derived_of", lambda paper: quick(derived_of(paper)))
+    monkeypatch.setattr(
+        reproducing, "pictures_of", lambda paper: tuple(p for p in pictures_of(paper) if p.file == "2-15")
+    )
     assert reproduce_command("all", tmp_path, 2, as_json=False) == 0
     printed = capsys.readouterr().out
     rows = published_rows(tmp_path)
     derived = quick(published_table().derived)
-    assert len({one.dataset for one in derived}) == 3
+    assert {one.source for one in derived} == {"approximation", "cost", "surface", "construction"}
+    assert {row.paper for row in rows} == set(published_table().citations)
     assert len(rows) == len(published_table().figures) + len(derived)
     for row in rows:
         assert row.agreement in ("agrees", "differs"), row
         assert bool(row.explanation) == (row.agreement == "differs"), row
         assert row.shown in printed
         if row.agreement == "agrees":
-            assert rounds_to(row.measured, row.printed)
+            values = [float(value) for value in row.ours.split()] or [row.measured]
+            assert comes_out(values, row.printed, None if math.isnan(row.within) else row.within)
+    for absent in published_table().not_remade:
+        assert absent.place in printed
+        assert absent.what.split()[0] in printed
+    page = (tmp_path / "index.html").read_text("utf-8")
+    assert all(escape(row.quantity, quote=False) in page.replace("&#39;", "'") for row in rows)
     # the file says what the results say, to the last bit
     results = read_results(tmp_path)
     assert repr(rows[: -len(derived)]) == repr(compare(published_table().figures, results))
@@ -194,6 +211,7 @@ def test_what_is_not_explained_or_not_there_is_a_failure(tmp_path: Path, monkeyp
     def outcome(*figures: Figure) -> tuple[int, list[Agreement]]:
         monkeypatch.setattr(reproducing, "figures_of", lambda _: figures)
         monkeypatch.setattr(reproducing, "derived_of", lambda _: ())
+        monkeypatch.setattr(reproducing, "pictures_of", lambda _: ())
         code = reproduce_command("mann-1992", tmp_path, 1, as_json=True)
         return code, [row.agreement for row in published_rows(tmp_path)]
 
@@ -225,6 +243,64 @@ def test_rows_are_read_as_they_were_written(tmp_path: Path) -> None:
     path.write_text("paper,place\nx,y\n")
     with pytest.raises(TestbedError, match=r"published\.csv cannot be read"):
         published_rows(tmp_path)
+
+
+def several(printed: str, ours: str, **changes: object) -> PublishedRow:
+    """A row of several numbers, ours as text."""
+    figure = DerivedFigure("mann-1994", "p", "q", "construction", "d", "c", printed, "given")
+    values = tuple(float(value) for value in ours.split())
+    (row,) = compare_derived([figure], [Measured(farthest(values, printed), "", values)])
+    return dataclasses.replace(row, **changes)  # type: ignore[arg-type]  # fields of a row
+
+
+def test_several_numbers_agree_together_and_show_the_one_farthest_off() -> None:
+    row = several("1.5 -2 0.25", "1.46 -2.3 0.25")
+    assert (row.agreement, row.measured, row.shown, row.shown_printed) == ("agrees", -2.3, "the same", "3 numbers")
+    assert row.difference == pytest.approx(-0.3)
+    off = several("1.5 -2 0.25", "1.46 -2.3 0.26")
+    assert off.agreement == "unexplained"
+    assert (off.measured, off.shown) == (-2.3, "-2.30")
+    assert several("1.5 -2", "nan -2").agreement == "no value"
+    assert comes_out((1.0, 2.0), "1 2")
+    assert not comes_out((1.0,), "1 2")
+    assert math.isnan(farthest((1.0,), "1 2"))
+
+
+def test_statements_in_words_hold_within_what_they_say() -> None:
+    exact = dataclasses.replace(FLAT, printed="0", within=1e-12, column="distance_max")
+    assert published._agreement(exact, 1e-13, math.nan, math.nan) == "agrees"
+    assert published._agreement(exact, 1e-11, math.nan, math.nan) == "unexplained"
+    assert comes_out((0.0,), "0", 0.0)
+    assert not comes_out((1e-300,), "0", 0.0)
+    assert not comes_out((math.nan,), "0", 1.0)
+
+
+def test_differences_from_lost_data_are_called_so() -> None:
+    lost = several("2", "3", data="lost", agreement="differs")
+    assert (lost.verdict, several("2", "3", agreement="differs").verdict) == ("data lost", "differs")
+    assert several("2", "2", data="lost").verdict == "agrees"
+    assert (lost.difference, lost.shown_difference) == (1.0, "+1")
+    assert several("2", "2").shown_difference == "0"
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ('paper = "nobody"\nplace = "p"\nwhat = "w"\nreason = "r"', "no paper 'nobody'"),
+        ('paper = "somebody-2001"\nplace = "p"\nwhat = "w"\nreason = ""', "has no reason"),
+        ('paper = "somebody-2001"\nplace = "p"\nwhat = "w"', "other fields"),
+    ],
+)
+def test_what_is_not_remade_has_a_paper_and_a_reason(row: str, says: str) -> None:
+    with pytest.raises(TestbedError, match=says):
+        parse_table(f"{ROW}[[not_remade]]\n{row}\n")
+
+
+def test_every_paper_has_numbers_and_says_what_is_not_remade() -> None:
+    table = published_table()
+    for paper in table.citations:
+        assert paper in {one.paper for one in table.figures} | {one.paper for one in table.derived}
+        assert [one for one in table.not_remade if one.paper == paper]
 
 
 @pytest.mark.parametrize(
@@ -385,3 +461,22 @@ def test_the_refined_octahedron_has_the_vertices_that_euler_counts() -> None:
     assert "32 faces" in text
     assert "48 edges" in text
     assert "18 vertices" in text
+
+
+def test_the_default_of_a_patches_is_off_the_sphere_as_told() -> None:
+    text = explanation("a-patch", "icosahedron", "distance_max")
+    exact = registry.dataset("icosahedron").surface
+
+    def off(free: str) -> float:
+        return float(registry.measure(fitted(f"a-patch[free={free}]", "icosahedron"), exact)["distance_max"])
+
+    for number, like in (("0.829", "default"), ("1.580", "quadric")):
+        assert number in text
+        assert off(number) == pytest.approx(off(like), abs=1e-4)
+    assert off("quadric") < 1e-14
+
+
+def test_a_quadric_is_lost_where_edges_are_split() -> None:
+    text = explanation("a-patch[free=quadric]", "hyperboloid", "distance_max")
+    assert f"cross at {fitted('a-patch[free=quadric]', 'hyperboloid').branches['hull modifications']} edges" in text
+    assert fitted("a-patch[free=quadric]", "hyperboloid", 1).branches["hull modifications"] == 0

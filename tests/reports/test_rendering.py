@@ -69,8 +69,8 @@ def test_the_silhouette_of_a_sphere_is_a_disc_within_the_margin() -> None:
     assert seen.sum() == pytest.approx(np.pi * radius**2, rel=2e-3)
     row, column = np.nonzero(seen)
     assert np.hypot(row + 0.5 - 0.5 * GRID * SIZE, column + 0.5 - 0.5 * GRID * SIZE).max() < radius + 0.1
-    all_rows, all_columns = np.indices(seen.shape)
-    everywhere = weights[all_rows, all_columns]
+    place = np.arange(GRID * SIZE)
+    everywhere = weights[place[:, None], place[None]]
     assert (np.isnan(everywhere).any(axis=-1) == ~seen).all()
     assert everywhere[seen].min() >= 0.0
     np.testing.assert_allclose(everywhere[seen].sum(axis=-1), 1.0, rtol=0, atol=1e-12)

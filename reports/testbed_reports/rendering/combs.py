@@ -64,7 +64,8 @@ def combs_of(control_points: Float, normals: Float | None = None) -> Combs:
     control_points
         (E, n, 3).
     normals
-        (E, 2, 3) normals of the surface at both ends, or None: the sign is that of the first tooth that has curvature.
+        (E, 2, 3) normals of the surface at both ends, or None: curvatures have no sign then, and there are no
+        inflections.
     """
     t = np.linspace(0.0, 1.0, TEETH)
     points, first, second = evaluate_curve(control_points, t, 2)
@@ -72,27 +73,20 @@ def combs_of(control_points: Float, normals: Float | None = None) -> Combs:
     with np.errstate(invalid="ignore", divide="ignore"):
         tangent = unit(first)
         vectors = (second - dot(second, tangent)[..., None] * tangent) / dot(first, first)[..., None]
-        across = _upright(tangent, vectors, normals)
-    signed = -dot(vectors, across)
+        if normals is None:
+            signed: Float = norm(vectors)
+        else:
+            mean = normals.sum(axis=1, keepdims=True)
+            signed = -dot(vectors, unit(mean - dot(mean, tangent)[..., None] * tangent))
     size = norm(control_points[:, -1] - control_points[:, 0])
-    edge, place = _inflections(signed, size, t)
+    edge, place = sign_changes(signed, size, t)
     where = evaluate_curve(control_points[edge], place[:, None])[0][:, 0] if len(edge) else np.empty((0, 3))
     length = np.where(np.isfinite(signed), np.copysign(norm(vectors), signed), np.nan)
     dots = evaluate_curve(control_points, np.linspace(0.0, 1.0, DOTS))[0]
     return Combs(points, length, vectors, dots, where, edge, place)
 
 
-def _upright(tangent: Float, vectors: Float, normals: Float | None) -> Float:
-    """Unit vectors (E, S, 3) upright on tangents, on the side of the normals or away from the first curvature."""
-    if normals is None:
-        known = np.argmax(np.nan_to_num(norm(vectors)) > 0.0, axis=1)
-        mean = -np.take_along_axis(vectors, known[:, None, None], axis=1)
-    else:
-        mean = normals.sum(axis=1, keepdims=True)
-    return unit(mean - dot(mean, tangent)[..., None] * tangent)
-
-
-def _inflections(signed: Float, size: Float, t: Float) -> tuple[Int, Float]:
+def sign_changes(signed: Float, size: Float, t: Float) -> tuple[Int, Float]:
     """Edges (I,) and parameters (I,) where signed curvatures (E, S) change their signs, from linear interpolation."""
     clear = np.abs(signed) * size[:, None] > STRAIGHT
     sign = np.where(clear, np.sign(signed), 0.0)

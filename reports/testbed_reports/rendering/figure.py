@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
@@ -31,10 +31,14 @@ BESIDE: Final = 1.45
 #: Edges between patches: colour and width in points; control nets likewise.
 EDGE_COLOUR: Final = (0.1, 0.1, 0.12)
 EDGE_WIDTH: Final = 0.5
+INNER_COLOUR: Final = (0.62, 0.62, 0.64)
+HIGHLIGHT: Final = 2.4
 NET_COLOUR: Final = (0.72, 0.16, 0.09)
 NET_WIDTH: Final = 0.6
 #: A picture is made wider for control nets up to this many times.
 WIDEST: Final = 2.0
+#: Which edges are drawn; see :class:`Additions`.
+Edges: TypeAlias = bool | Literal["mesh", "kinds"] | None
 #: Normal angles up to this many degrees are drawn as none.
 SMOOTH_DEG: Final = 1e-3
 
@@ -60,6 +64,10 @@ class Subject:
         one; None for that.
     remark
         Below the picture, in place of what the style says there; None for that.
+    highlight
+        Edges of the mesh, as pairs of vertices, that are drawn thick.
+    edges
+        As in :class:`Additions`, for this picture; None for the figure's.
     """
 
     title: str
@@ -69,6 +77,8 @@ class Subject:
     view: tuple[float, float] | None = None
     colours: tuple[Float, ...] | None = None
     remark: str | None = None
+    highlight: tuple[tuple[int, int], ...] = ()
+    edges: Edges = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +88,8 @@ class Additions:
     Parameters
     ----------
     edges
-        Whether edges of patches are drawn; None for where the style wants it; ``mesh`` for those of the mesh only.
+        Whether edges of patches are drawn; None for where the style wants it; ``mesh`` for those of the mesh only,
+        ``kinds`` for these, and lightly those within its faces.
     net
         Whether control nets are drawn, where patches have any.
     extremes
@@ -87,7 +98,7 @@ class Additions:
         Colours with their names, for pictures with colours of their own, and what stands above them.
     """
 
-    edges: bool | Literal["mesh"] | None = None
+    edges: Edges = None
     net: bool = False
     extremes: bool = False
     key: tuple[Key, ...] = ()
@@ -257,7 +268,7 @@ def _paint(axes: "Axes", one: Panel, widest: float, additions: Additions) -> Non
     base = None if one.subject.colours is None else tinted(one.look.sights, one.subject.colours)
     axes.imshow(pixels(seen, one.style, one.scale, base), extent=(0, size, size, 0), interpolation="none")
     axes.set_axis_off()
-    edges = additions.edges
+    edges = additions.edges if one.subject.edges is None else one.subject.edges
     if one.style == "jump":
         angle = np.nan_to_num(seen.lines.angle_deg, nan=0.0)
         bent = angle > SMOOTH_DEG
@@ -265,8 +276,16 @@ def _paint(axes: "Axes", one: Panel, widest: float, additions: Additions) -> Non
         axes.add_collection(LineCollection(list(seen.lines.ends[~bent]), colors=[(0.6, 0.6, 0.62)], linewidths=0.4))
         axes.add_collection(LineCollection(list(seen.lines.ends[bent]), colors=colours, linewidths=1.6))
     elif edges or (edges is None and one.style == "patches"):
-        ends = seen.lines.ends[~seen.lines.inner] if edges == "mesh" else seen.lines.ends
-        axes.add_collection(LineCollection(list(ends), colors=[EDGE_COLOUR], linewidths=EDGE_WIDTH))
+        outer = ~seen.lines.inner if edges in ("mesh", "kinds") else np.ones(len(seen.lines.ends), dtype=np.bool_)
+        axes.add_collection(LineCollection(list(seen.lines.ends[outer]), colors=[EDGE_COLOUR], linewidths=EDGE_WIDTH))
+        if edges == "kinds":
+            light = list(seen.lines.ends[~outer])
+            axes.add_collection(LineCollection(light, colors=[INNER_COLOUR], linewidths=EDGE_WIDTH, zorder=0.9))
+    if one.subject.highlight and seen.lines.edge is not None:
+        ids = np.sort(one.subject.surface.edges.ids[seen.lines.edge], axis=1)
+        pairs = np.sort(np.array(one.subject.highlight), axis=1)
+        chosen = (ids[:, None] == pairs[None]).all(axis=-1).any(axis=1)
+        axes.add_collection(LineCollection(list(seen.lines.ends[chosen]), colors=[EDGE_COLOUR], linewidths=HIGHLIGHT))
     if one.net is not None:
         axes.add_collection(LineCollection(list(one.net.ends), colors=[NET_COLOUR], linewidths=NET_WIDTH))
         axes.plot(*one.net.points.T, "s", color=NET_COLOUR, markersize=1.8, markeredgewidth=0.0)

@@ -34,11 +34,14 @@ class Lines:
         (N,) angle between the normals of the patches on both sides, in the middle; NaN on the boundary.
     inner
         (N,) true on edges within a face of the mesh.
+    edge
+        (N,) which of the surface's edges each is of, or None where that is not asked for.
     """
 
     ends: Float
     angle_deg: Float
     inner: Bool
+    edge: Int | None = None
 
 
 def edge_lines(surface: Surface, camera: Camera, facets: Facets, buffer: Buffer) -> Lines:
@@ -67,7 +70,8 @@ def edge_lines(surface: Surface, camera: Camera, facets: Facets, buffer: Buffer)
         seen |= _beside(between, sides, dot(normals, camera.towards), facets, outer, around)
     ends = np.stack([screen[:, :-1, :2], screen[:, 1:, :2]], axis=2)
     inner = np.broadcast_to(edges.within_face[:, None], seen.shape)
-    return Lines(ends[seen], angle[seen], inner[seen])
+    number = np.broadcast_to(np.arange(len(edges))[:, None], seen.shape)
+    return Lines(ends[seen], angle[seen], inner[seen], number[seen])
 
 
 def in_front(screen: Float, buffer: Buffer) -> Bool:
