@@ -181,9 +181,10 @@ def reproduce(
     jobs: Jobs = None,
     as_json: Json = False,
 ) -> None:
-    """Measure the figures that a paper prints, and show them next to the printed ones, differences explained.
+    """Measure the numbers that a paper prints, draw its figures again, and show both next to the printed ones.
 
-    Exit code 1 if a figure could not be measured or a difference has no explanation.
+    Differences are explained; index.html has the figures beside their numbers, and what is not made again. Exit code 1
+    if a number could not be measured or a difference has no explanation.
     """
     from testbed.cli.reproducing import reproduce_command
 
