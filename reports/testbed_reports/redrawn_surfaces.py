@@ -84,10 +84,17 @@ def _subject(one: Shown) -> Subject:
         style=one.style or None,
         view=(one.view[0], one.view[1]) if one.view else None,
         colours=None if colours is None else tuple(colours),
-        remark=one.remark or (f"{len(surface.mesh.faces)} faces" if one.plane else None),
+        remark=one.remark or _counts(one, surface),
         highlight=tuple((a, b) for a, b in one.highlight),
         edges=EDGES[one.edges],
     )
+
+
+def _counts(one: Shown, surface: Surface) -> str | None:
+    """What is counted below a picture where not all of it is a surface's faces and patches; else None."""
+    if one.faces:
+        return f"{surface.patch_count} patches on {len(one.faces)} of {len(surface.mesh.faces)} faces"
+    return f"{len(surface.mesh.faces)} faces" if one.plane else None
 
 
 def _key(picture: Redrawn) -> tuple[Key, ...]:

@@ -149,15 +149,17 @@ def test_what_a_row_says_is_what_is_shown() -> None:
     shows = """
     { title = "a", scheme = "flat", dataset = "ellipsoid", epsilon = 0.4, step = 1, colour = "levels", edges = "none" },
     { title = "b", scheme = "flat", dataset = "octahedron", plane = [0, 0, 1, 2], view = [0, 10], style = "jump" },
+    { title = "d", scheme = "shirman-sequin", dataset = "octahedron", faces = [3, 4] },
     { title = "c", scheme = "flat", dataset = "octahedron", highlight = [[0, 2]], remark = "so it is" },
     """
     (picture,) = parse_redrawn(ROW.replace("shows = [", f"shows = [{shows}"))
-    a, b, c, plain = subjects_of(picture)
+    a, b, d, c, plain = subjects_of(picture)
     assert a.colours is not None
     assert len(np.unique(a.colours[0], axis=0)) == 1
     assert a.edges is False
     assert b.colours is not None
     np.testing.assert_array_equal(b.colours[1], PLANE[None])
+    assert (b.remark, d.remark) == ("8 faces", "6 patches on 2 of 8 faces")
     assert (b.view, b.style) == ((0.0, 10.0), "jump")
     assert (c.highlight, c.remark) == (((0, 2),), "so it is")
     assert (plain.colours, plain.view, plain.edges, plain.remark) == (None, None, None, None)
