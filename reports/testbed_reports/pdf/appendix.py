@@ -34,6 +34,8 @@ DIGITS: Final = 5
 SIZE: Final = 6.0
 #: Longer texts than this are told below the table.
 LONGEST: Final = 16
+#: Characters of a place, face and barycentric coordinates; what is longer is none.
+PLACE: Final = 40
 #: Digits of a hash that are shown.
 HASH: Final = 12
 
@@ -200,7 +202,7 @@ def _by_level(rows: Sequence[SchemeRow], column: int) -> bool:
 
 
 def _place(entry: Entry) -> str | Cell:
-    return entry.place.removeprefix("face ") or NOTHING
+    return lettering.shortened(entry.place.removeprefix("face "), PLACE) or NOTHING
 
 
 def _orders(section: Section, number: int) -> Iterator[Block]:
@@ -223,13 +225,27 @@ def _orders(section: Section, number: int) -> Iterator[Block]:
         SIZE + 0.5,
         names=True,
     )
-    reasons: dict[str, list[str]] = {}
-    for row in section.orders:
+    told = list(_without_order(section.orders, len(quantities)))
+    if told:
+        yield Paragraph(runs("No order can be told where the reason is:"), small=True)
+        yield Bullets(tuple(runs(Small(line)) for line in told))
+
+
+def _without_order(rows: Sequence[OrderRow], count: int) -> Iterator[str]:
+    """Yield for each reason why there is no order the schemes, and the quantities if they are not all."""
+    reasons: dict[str, dict[str, list[str]]] = {}
+    for row in rows:
         if row.order.text == NOTHING and row.reason:
-            reasons.setdefault(row.reason, []).append(f"{row.scheme} {row.quantity}")
-    if reasons:
-        told = ". ".join(f"{reason[0].upper()}{reason[1:]}: {', '.join(who)}" for reason, who in reasons.items())
-        yield Paragraph(runs(f"No order: {told}."), small=True)
+            reasons.setdefault(row.reason, {}).setdefault(row.scheme, []).append(row.quantity)
+    for reason, schemes in reasons.items():
+        alike: dict[tuple[str, ...], list[str]] = {}
+        for who, quantities in schemes.items():
+            alike.setdefault(tuple(quantities), []).append(who)
+        parts = [
+            f"{', '.join(who)} (all quantities)" if len(some) == count else f"{', '.join(who)} ({', '.join(some)})"
+            for some, who in alike.items()
+        ]
+        yield f"{reason}: {'; '.join(parts)}"
 
 
 def _order(row: OrderRow | None) -> str | Cell:

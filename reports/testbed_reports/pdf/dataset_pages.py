@@ -37,6 +37,8 @@ WORDS: Final = 140.0
 #: Characters of titles and remarks of pictures.
 TITLE: Final = 54
 REMARK: Final = 130
+#: Characters of a name in the key to plots.
+KEY: Final = 90
 #: Colours of a bar.
 STOPS: Final = 33
 
@@ -181,6 +183,6 @@ def _plots(section: Section, number: int) -> Iterator[Block]:
             f"plots-{number}-{group}",
             runs(caption),
             tuple(plot_file(number, group, panel) for panel in range(len(drawing.panels))),
-            tuple(drawing.schemes),
+            tuple((position, lettering.shortened(text, KEY)) for position, text in drawing.schemes),
             f"{', '.join(panel.title for panel in drawing.panels)} of the schemes on {name} over the longest edge",
         )

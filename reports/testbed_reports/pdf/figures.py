@@ -106,4 +106,4 @@ def plot_file(dataset: int, group: int, panel: int) -> str:
 
 def picture_file(dataset: int, place: int, style: int) -> str:
     """Name of the file of a picture."""
-    return f"picture-{dataset}-{place}-{style}.png"
+    return f"picture-{dataset}-{place}-{style}.jpg"

@@ -14,6 +14,8 @@ LONGEST: Final = 24
 #: Characters of names after which a line may break.
 _AFTER: Final = re.compile(r"([\[(,=;:/\\|&_])(?=[^\s])")
 _NUMBER: Final = re.compile(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+#: Words of ASCII and numbers with their signs, which are nearly all that is printed.
+_USUAL: Final = re.compile(r" ?[!-~−–]*(?: [!-~−–]+)* ?")
 _WHITE: Final = re.compile(r"\s+")
 #: A run without spaces, hyphens and breaks.
 _RUN: Final = re.compile(rf"[^\s{BREAK}\N{{SOFT HYPHEN}}-]{{{LONGEST + 1},}}")
@@ -43,6 +45,8 @@ def printable(text: str) -> str:
     >>> printable("a\n b\u202e c\x00 \N{BELL}")
     'a b\\u202e c\\x00 \\U0001f514'
     """
+    if _USUAL.fullmatch(text):
+        return text
     return "".join(_shown(_WHITE.sub(" ", unicodedata.normalize("NFC", text))))
 
 
@@ -52,7 +56,12 @@ def _shown(text: str) -> Iterator[str]:
         kept = letter in " \N{SOFT HYPHEN}" or (
             ord(letter) in known and unicodedata.category(letter)[0] not in "CM" and letter.isprintable()
         )
-        yield letter if kept else letter.encode("ascii", "backslashreplace").decode()
+        yield letter if kept else _spelled(ord(letter))
+
+
+def _spelled(code: int) -> str:
+    """Return the escape of a character as Python writes it."""
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
 def prose(text: str) -> str:

@@ -1,10 +1,11 @@
 """The chapters before the datasets: summary, ranking, what curves do, verdicts and orders over all datasets."""
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 from testbed_reports.findings import Findings
-from testbed_reports.formatting import NOTHING, listed
-from testbed_reports.pdf import widths
+from testbed_reports.formatting import NOTHING, Entry, listed
+from testbed_reports.pdf import lettering, widths
 from testbed_reports.pdf.blocks import (
     LYING,
     UPRIGHT,
@@ -34,6 +35,9 @@ from testbed_reports.ranking import Ranking
 from testbed_reports.summary import Winner
 from testbed_reports.verdicts import Judgement
 from testbed_reports.view import OverviewCell, Page
+
+#: What stands for an order where all errors are at the rounding floor.
+EXACT: Final = "exact"
 
 
 def dataset_label(number: int) -> str:
@@ -218,7 +222,7 @@ def _orders(page: Page) -> Iterator[Block]:
     """Yield the orders of convergence of all schemes on all datasets."""
     yield Heading(1, runs("Orders of convergence"), "orders")
     every = range(len(page.sections))
-    kept = [number for number in every if any(row[number].order.place or row[number].verdict for row in page.overview)]
+    kept = [number for number in every if any(_is_told(row[number].order) for row in page.overview)]
     names = [page.sections[number].dataset.spec for number in every if number not in kept]
     if names:
         yield Paragraph(runs(f"No order of the distance can be told on {listed(names)}."), small=True)
@@ -226,7 +230,7 @@ def _orders(page: Page) -> Iterator[Block]:
         return
     yield from numbers(
         "orders-table",
-        "Order at which the largest distance to the exact surface falls with the longest edge, with its interval below "
+        "Order at which the largest distance to the exact surface falls with the longest edge, with its interval "
         "and the symbol of the verdict on the claimed order. A dash: no order can be told; the appendix has the "
         "reasons. Nothing: the scheme takes other faces than the dataset has.",
         [scheme(position, text, linked=True) for position, text in enumerate(page.schemes)],
@@ -238,8 +242,15 @@ def _orders(page: Page) -> Iterator[Block]:
     )
 
 
+def _is_told(order: Entry) -> bool:
+    """Whether there is an order: a number with its interval, or none as all errors are rounding."""
+    return bool(order.place) or order.text == EXACT
+
+
 def _overview(page: Page, cell: OverviewCell) -> str | Cell:
-    if cell.verdict in page.symbols and cell.verdict != "not claimed":
-        below = (Small(cell.order.place, apart=True),) if cell.order.place else ()
-        return Cell((mark(page, cell.verdict, word=False), Text(f" {cell.order.text}"), *below))
-    return value(cell.order)
+    if not _is_told(cell.order) and cell.verdict in ("", "not claimed"):
+        return cell.order.text
+    known = cell.verdict in page.symbols and cell.verdict != "not claimed"
+    symbol = (mark(page, cell.verdict, word=False), Text(" ")) if known else ()
+    interval = (Small(f" {lettering.number(cell.order.place)}"),) if cell.order.place else ()
+    return Cell((*symbol, Text(lettering.number(cell.order.text)), *interval))

@@ -23,6 +23,8 @@ from testbed_reports.shown_surfaces import ShownSurface, shown_surfaces
 
 #: Pixels along a side of a picture: 190 an inch at the width of a strip's column.
 SIZE: Final = 220
+#: Of JPEG, of 95.
+QUALITY: Final = 92
 #: Facets of a picture; its pixels are evaluated on the patches, facets tell which.
 BUDGET: Final = 12_000
 #: Surfaces of so many patches together are kept between finding the view and drawing; more are fitted again.
@@ -41,7 +43,7 @@ class Shot:
     scheme
         Its text.
     images
-        A PNG file in each of :data:`STYLES`; empty where there is no surface.
+        A JPEG file in each of :data:`STYLES`; empty where there is no surface.
     least, most
         Gaussian curvatures seen; None where there are none.
     reason
@@ -151,15 +153,17 @@ def _rows(looks: Sequence[Look], size: int) -> tuple[int, int]:
 
 
 def _shot(one: ShownSurface, seen: Look, scale: Scale, rows: tuple[int, int]) -> Shot:
-    images = tuple(_png(pixels(seen, style, scale)[rows[0] : rows[1]]) for style in STYLES)
+    images = tuple(_jpeg(pixels(seen, style, scale)[rows[0] : rows[1]]) for style in STYLES)
     known = seen.fields.gauss[np.isfinite(seen.fields.gauss)]
     least, most = (float(known.min()), float(known.max())) if len(known) else (None, None)
     return Shot(one.scheme, images, least, most)
 
 
-def _png(colours: Float) -> bytes:
+def _jpeg(colours: Float) -> bytes:
+    """A file that PDF holds as it is: a third of what lossless ones take there, and the same to the eye."""
     from PIL import Image
 
     stream = io.BytesIO()
-    Image.fromarray((colours * 255.0 + 0.5).astype(np.uint8)).save(stream, "PNG", optimize=False, compress_level=6)
+    image = Image.fromarray((colours * 255.0 + 0.5).astype(np.uint8))
+    image.save(stream, "JPEG", quality=QUALITY, subsampling=0)
     return stream.getvalue()
