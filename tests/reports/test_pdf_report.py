@@ -156,6 +156,28 @@ def test_contents_lead_to_the_pages_where_the_sections_begin(usual: Reader) -> N
     assert len(printed) > 5
 
 
+@pytest.mark.parametrize(
+    ("title", "name", "leads_to"),
+    [
+        ("1 Summary", "egg", "4.2 a text egg"),
+        ("4.2 a text egg", "section 6.3", "6.3 All numbers on egg"),
+        ("5.1 a text p2", "ball", "4.1 a text ball"),
+    ],
+)
+def test_names_and_numbers_lead_to_what_they_name(usual: Reader, title: str, name: str, leads_to: str) -> None:
+    places = dict(usual.contents())
+    page = usual.document[places[title]]
+    text = page.get_textpage()
+    found = set()
+    search = text.search(name, match_case=True, match_whole_word=True)
+    while (hit := search.get_next()) is not None:
+        left, bottom, right, top = text.get_charbox(hit[0])
+        link = raw.FPDFLink_GetLinkAtPoint(page.raw, (left + right) / 2, (bottom + top) / 2)
+        if link:
+            found.add(raw.FPDFDest_GetDestPageIndex(usual.document.raw, raw.FPDFLink_GetDest(usual.document.raw, link)))
+    assert places[leads_to] in found
+
+
 @pytest.mark.parametrize("kind", ["Table", "Figure"])
 def test_figures_and_tables_are_numbered_in_order(usual: Reader, kind: str) -> None:
     captions = [int(found) for found in re.findall(rf"{kind} (\d+)\. ", usual.text)]

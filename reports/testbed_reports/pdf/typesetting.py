@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Final
 
 from testbed.errors import TestbedError
 from testbed_reports.pdf import lettering
@@ -66,10 +66,10 @@ def typeset(document: Document, pool: Pool) -> bytes:
     UserWarning
         With what typst warns of.
     """
-    pdf, warned = _bound(document, leaves(document, pool), "pdf")
+    pdf, warned = _bound(document, leaves(document, pool))
     for one in warned:
         warnings.warn(f"typst: {one}", stacklevel=2)
-    return pdf[0]
+    return pdf
 
 
 def leaves(document: Document, pool: Pool) -> list[Leaves]:
@@ -90,20 +90,13 @@ def leaves(document: Document, pool: Pool) -> list[Leaves]:
 
 def set_folio(folio: str, images: Mapping[str, bytes]) -> Leaves:
     """Set a folio, given as JSON, with the images it shows; runs in a worker."""
-    found, warned, places = _compiled(FOLIO, {**images, "folio.json": folio.encode()}, "pdf")
+    found, warned, places = _compiled(FOLIO, {**images, "folio.json": folio.encode()})
     _forget()
-    return Leaves(found[0], places, tuple(warned))
+    return Leaves(found, places, tuple(warned))
 
 
-def pages(document: Document, pool: Pool, ppi: float = 72.0) -> list[bytes]:
-    """Return the pages of a document as PNG files of so many pixels an inch, to be looked at."""
-    return _bound(document, leaves(document, pool), "png", ppi)[0]
-
-
-def _bound(
-    document: Document, set_folios: Sequence[Leaves], form: Literal["pdf", "png"], ppi: float = 72.0
-) -> tuple[list[bytes], list[str]]:
-    """Bind folios together."""
+def _bound(document: Document, set_folios: Sequence[Leaves]) -> tuple[bytes, list[str]]:
+    """Return the folios as one file, and what typst warns of."""
     folios = [
         {
             "file": f"folio-{number}.pdf",
@@ -122,7 +115,7 @@ def _bound(
     needed = {f"folio-{number}.pdf": one.pdf for number, one in enumerate(set_folios)}
     needed |= {name: content for name, content in document.files.items() if name.startswith("swatch")}
     needed["document.json"] = json.dumps(whole, ensure_ascii=False).encode()
-    found, warned, _ = _compiled(WHOLE, needed, form, ppi)
+    found, warned, _ = _compiled(WHOLE, needed)
     return found, [*(text for one in set_folios for text in one.warnings), *warned]
 
 
@@ -140,10 +133,8 @@ def shown(part: Any) -> set[str]:
     return set().union(*(shown(getattr(part, name)) for name in fields))
 
 
-def _compiled(
-    template: str, needed: Mapping[str, bytes], form: Literal["pdf", "png"], ppi: float = 72.0
-) -> tuple[list[bytes], list[str], Mapping[str, Any]]:
-    """Return what typst makes of a template and files, its warnings, and what a folio tells of itself."""
+def _compiled(template: str, needed: Mapping[str, bytes]) -> tuple[bytes, list[str], Mapping[str, Any]]:
+    """Return the PDF that typst makes of a template and files, its warnings, and what a folio tells of itself."""
     import typst
 
     with tempfile.TemporaryDirectory(prefix="testbed-") as name:
@@ -156,14 +147,13 @@ def _compiled(
         compiler = typst.Compiler(folder / template, root=folder, font_paths=_fonts())
         try:
             # tags would double the file; the HTML page is the accessible form
-            found, warned = compiler.compile_with_warnings(format=form, ppi=ppi, timestamp=0, pdf_tags=False)
+            found, warned = compiler.compile_with_warnings(format="pdf", timestamp=0, pdf_tags=False)
             told = compiler.query("<places>", field="value", one=True) if template == FOLIO else "{}"
         except typst.TypstError as error:
             text = re.sub(r"\s+", " ", str(error.message))
             raise TestbedError(f"typst cannot set the report ({text}): report this with the results") from error
-    # one page or a PDF comes as bytes, several pages as a list
-    made: list[bytes] = found if isinstance(found, list) else [found or b""]
-    return made, [str(one.message) for one in warned], json.loads(told)
+    assert isinstance(found, bytes)  # noqa: S101 - a PDF is one file
+    return found, [str(one.message) for one in warned], json.loads(told)
 
 
 def _forget() -> None:
