@@ -7,5 +7,5 @@ from testbed.registry import hookimpl, modules_in
 
 @hookimpl
 def testbed_reports() -> Iterable[str]:
-    """Return the modules of this package and of the PDF's; each defines a report, or what reports share."""
-    return (*modules_in(__name__), *modules_in(f"{__name__}.pdf"))
+    """Return the modules of this package, which define reports or what reports share, and that of the PDF."""
+    return (*modules_in(__name__), f"{__name__}.pdf.report")
