@@ -55,10 +55,10 @@ def glb(tessellation: Tessellation, field: Field | None, limit: float | None, re
     mesh = trimesh.Trimesh(
         tessellation.points[leader], vertex[tessellation.triangles], vertex_normals=normals[leader], process=False
     )
-    material = PBRMaterial(  # type: ignore[no-untyped-call]
+    material = PBRMaterial(  # type: ignore[no-untyped-call]  # trimesh is partly typed
         name="surface", baseColorFactor=[255, 255, 255, 255], metallicFactor=0.0, roughnessFactor=0.6, doubleSided=True
     )
-    mesh.visual = TextureVisuals(material=material)  # type: ignore[no-untyped-call]
+    mesh.visual = TextureVisuals(material=material)  # type: ignore[no-untyped-call]  # trimesh is partly typed
     mesh.visual.vertex_attributes["color"] = colours[shown[leader]]
 
     def describe(tree: dict[str, Any]) -> None:
@@ -66,7 +66,7 @@ def glb(tessellation: Tessellation, field: Field | None, limit: float | None, re
 
     scene = trimesh.Scene()
     scene.add_geometry(mesh, node_name="surface", geom_name="surface", transform=np.array(UPRIGHT))
-    data: bytes = trimesh.exchange.gltf.export_glb(  # type: ignore[no-untyped-call]
+    data: bytes = trimesh.exchange.gltf.export_glb(  # type: ignore[no-untyped-call]  # trimesh is partly typed
         scene, include_normals=True, unitize_normals=False, tree_postprocessor=describe
     )
     return data
